@@ -1,0 +1,2 @@
+//! imu_simulator
+fn main() {}

@@ -1,0 +1,2 @@
+//! navigation_compensator
+fn main() {}

@@ -1,0 +1,2 @@
+//! scheme_sequencer
+fn main() {}

@@ -1,0 +1,2 @@
+//! self_calibrator
+fn main() {}

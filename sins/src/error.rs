@@ -1,0 +1,45 @@
+//! What can be wrong with what this crate is given.
+
+use crate::time::Stamp;
+
+/// Errors of the `sins` crate. Each carries the value a person needs to find the cause.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A setting lies outside the range in which it means something.
+    #[error("{name} is {value}, expected {expected}")]
+    Setting {
+        /// Name of the setting with its unit.
+        name: String,
+        /// The value that was given.
+        value: String,
+        /// What would have been accepted.
+        expected: String,
+    },
+    /// A sample holds a number that is not finite.
+    #[error("{what} at {} ns is not finite", stamp.nanos())]
+    NotFinite {
+        /// Which quantity.
+        what: &'static str,
+        /// Stamp of the sample.
+        stamp: Stamp,
+    },
+    /// A scheme file cannot be understood or cannot be run on this table.
+    #[error("scheme {name}: {reason}")]
+    Scheme {
+        /// Name of the scheme or of its file.
+        name: String,
+        /// What is wrong, and where.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// A [`Error::Setting`] from anything printable.
+    pub fn setting(name: impl Into<String>, value: impl std::fmt::Display, expected: impl Into<String>) -> Self {
+        Self::Setting {
+            name: name.into(),
+            value: value.to_string(),
+            expected: expected.into(),
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Mathematics of a dual-axis rotary strapdown inertial navigation system.
+//!
+//! No ROS, no files, no clock, no threads: every machine in this crate is fed samples and hands back results.
+
+pub mod error;
+pub mod imu;
+pub mod time;
+pub mod turntable;
+
+pub use error::Error;
+pub use time::Stamp;
