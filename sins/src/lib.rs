@@ -2,6 +2,7 @@
 //!
 //! No ROS, no files, no clock, no threads: every machine in this crate is fed samples and hands back results.
 
+pub mod earth;
 pub mod error;
 pub mod imu;
 pub mod time;
