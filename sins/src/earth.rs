@@ -25,11 +25,12 @@ const CENTRIFUGAL_RATIO: f64 = 0.003_449_786_506_84;
 /// (NIMA TR8350.2, equations 4-1 and 4-3). Positive downwards \[m/s²\].
 pub fn normal_gravity(latitude_rad: f64, height_m: f64) -> f64 {
     let sin2 = latitude_rad.sin().powi(2);
-    let on_ellipsoid =
-        EQUATORIAL_GRAVITY_M_S2 * (1.0 + SOMIGLIANA * sin2) / (1.0 - ECCENTRICITY_SQUARED * sin2).sqrt();
+    let on_ellipsoid = EQUATORIAL_GRAVITY_M_S2 * (1.0 + SOMIGLIANA * sin2)
+        / (1.0 - ECCENTRICITY_SQUARED * sin2).sqrt();
     let ratio = height_m / SEMI_MAJOR_AXIS_M;
     on_ellipsoid
-        * (1.0 - 2.0 * ratio * (1.0 + FLATTENING + CENTRIFUGAL_RATIO - 2.0 * FLATTENING * sin2) + 3.0 * ratio * ratio)
+        * (1.0 - 2.0 * ratio * (1.0 + FLATTENING + CENTRIFUGAL_RATIO - 2.0 * FLATTENING * sin2)
+            + 3.0 * ratio * ratio)
 }
 
 /// What the earth is like at one place: everything the mechanization and the error model need there.
@@ -115,7 +116,11 @@ mod tests {
     #[test]
     fn radius_slopes_are_derivatives() {
         let (l, d) = (0.7, 1e-5);
-        let (low, high, mid) = (LocalEarth::at(l - d, 20.0), LocalEarth::at(l + d, 20.0), LocalEarth::at(l, 20.0));
+        let (low, high, mid) = (
+            LocalEarth::at(l - d, 20.0),
+            LocalEarth::at(l + d, 20.0),
+            LocalEarth::at(l, 20.0),
+        );
         let meridian = (high.meridian_radius_m - low.meridian_radius_m) / (2.0 * d);
         let transverse = (high.transverse_radius_m - low.transverse_radius_m) / (2.0 * d);
         assert!((meridian / mid.meridian_radius_slope_m - 1.0).abs() < 1e-6);

@@ -23,7 +23,10 @@ pub struct ImuSample {
 impl ImuSample {
     /// Whether every measured value is a finite number.
     pub fn is_finite(&self) -> bool {
-        self.angular_rate.iter().chain(&self.specific_force).all(|v| v.is_finite())
+        self.angular_rate
+            .iter()
+            .chain(&self.specific_force)
+            .all(|v| v.is_finite())
     }
 }
 

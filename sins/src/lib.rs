@@ -5,6 +5,9 @@
 pub mod earth;
 pub mod error;
 pub mod imu;
+pub mod rotation;
+pub mod sampling;
+pub mod sensor_errors;
 pub mod time;
 pub mod turntable;
 

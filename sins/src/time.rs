@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 pub const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
 /// A point in time: nanoseconds since the Unix epoch (or since whatever epoch the bag or `/clock` uses).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct Stamp(i64);
 
 impl Stamp {
@@ -38,7 +40,7 @@ impl Stamp {
 
     /// Seconds from `earlier` to `self`; exact to the nanosecond for any interval shorter than 100 days.
     pub fn seconds_since(self, earlier: Self) -> f64 {
-        (self.0 - earlier.0) as f64 * 1e-9
+        (self.0 - earlier.0) as f64 / 1e9
     }
 
     /// This stamp moved by `nanos`.
