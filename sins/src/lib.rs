@@ -4,10 +4,12 @@
 
 pub mod earth;
 pub mod error;
+pub mod estimation;
 pub mod imu;
 pub mod rotation;
 pub mod sampling;
 pub mod sensor_errors;
+pub mod strapdown;
 pub mod time;
 pub mod turntable;
 
