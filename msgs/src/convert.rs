@@ -1,0 +1,394 @@
+//! Messages to samples and back: the one function that both the DDS path and the bag path use.
+
+use nalgebra::{Quaternion as RawQuaternion, UnitQuaternion, Vector3};
+use sins::{
+    imu::ImuSample,
+    time::{NANOS_PER_SECOND, Stamp},
+    turntable::{JOINT_NAMES, JointSample, Trajectory, TrajectoryPoint},
+};
+
+use crate::{
+    builtin_interfaces::{Duration, Time},
+    geometry_msgs,
+    sensor_msgs::{Imu, JointState},
+    std_msgs::Header,
+    trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
+};
+
+/// Why a message cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ConvertError {
+    /// A joint that the table has is not in the message.
+    #[error("joint {joint} is missing, the message has {}", listed(found))]
+    MissingJoint {
+        /// Name of the joint.
+        joint: &'static str,
+        /// Names that the message has.
+        found: Vec<String>,
+    },
+    /// An array that goes together with the names is too short.
+    #[error("{field} has no value for joint {joint}")]
+    MissingValue {
+        /// Name of the joint.
+        joint: &'static str,
+        /// Name of the array.
+        field: &'static str,
+    },
+    /// A trajectory moves a joint that the table does not have.
+    #[error("joint {joint} is not one of the table's: {}", JOINT_NAMES.join(", "))]
+    UnknownJoint {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A stamp does not exist.
+    #[error("nanosec of a stamp is {nanosec}, expected less than 1000000000")]
+    Stamp {
+        /// What the message has.
+        nanosec: u32,
+    },
+}
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
+
+impl From<Time> for Stamp {
+    fn from(time: Time) -> Self {
+        Self::from_sec_nanosec(time.sec, time.nanosec)
+    }
+}
+
+impl From<Stamp> for Time {
+    fn from(stamp: Stamp) -> Self {
+        let (sec, nanosec) = stamp.sec_nanosec();
+        Self { sec, nanosec }
+    }
+}
+
+impl Duration {
+    /// From nanoseconds.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        let (sec, nanosec) = Stamp::from_nanos(nanos).sec_nanosec();
+        Self { sec, nanosec }
+    }
+
+    /// In nanoseconds.
+    pub const fn nanos(self) -> i64 {
+        Stamp::from_sec_nanosec(self.sec, self.nanosec).nanos()
+    }
+}
+
+impl Header {
+    /// A header from a stamp and a frame.
+    pub fn new(stamp: Stamp, frame_id: impl Into<String>) -> Self {
+        Self {
+            stamp: stamp.into(),
+            frame_id: frame_id.into(),
+        }
+    }
+}
+
+impl From<geometry_msgs::Vector3> for Vector3<f64> {
+    fn from(v: geometry_msgs::Vector3) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
+impl From<Vector3<f64>> for geometry_msgs::Vector3 {
+    fn from(v: Vector3<f64>) -> Self {
+        Self {
+            x: v.x,
+            y: v.y,
+            z: v.z,
+        }
+    }
+}
+
+impl From<UnitQuaternion<f64>> for geometry_msgs::Quaternion {
+    fn from(q: UnitQuaternion<f64>) -> Self {
+        Self {
+            x: q.i,
+            y: q.j,
+            z: q.k,
+            w: q.w,
+        }
+    }
+}
+
+impl geometry_msgs::Quaternion {
+    /// As a rotation, normalised; `None` where it is zero or not finite.
+    pub fn rotation(&self) -> Option<UnitQuaternion<f64>> {
+        let raw = RawQuaternion::new(self.w, self.x, self.y, self.z);
+        let norm = raw.norm();
+        (norm.is_finite() && norm > 0.0).then(|| UnitQuaternion::new_unchecked(raw / norm))
+    }
+}
+
+fn stamp_of(header: &Header) -> Result<Stamp, ConvertError> {
+    let nanosec = header.stamp.nanosec;
+    if i64::from(nanosec) < NANOS_PER_SECOND {
+        Ok(header.stamp.into())
+    } else {
+        Err(ConvertError::Stamp { nanosec })
+    }
+}
+
+/// The diagonal of a 3×3 row-major covariance.
+fn diagonal(covariance: &[f64; 9]) -> Vector3<f64> {
+    Vector3::new(covariance[0], covariance[4], covariance[8])
+}
+
+impl TryFrom<&Imu> for ImuSample {
+    type Error = ConvertError;
+
+    /// Stamp, rates and forces as they are; variances from the diagonals. The orientation is not used.
+    fn try_from(imu: &Imu) -> Result<Self, ConvertError> {
+        Ok(Self {
+            stamp: stamp_of(&imu.header)?,
+            angular_rate: imu.angular_velocity.into(),
+            specific_force: imu.linear_acceleration.into(),
+            angular_rate_variance: diagonal(&imu.angular_velocity_covariance),
+            specific_force_variance: diagonal(&imu.linear_acceleration_covariance),
+        })
+    }
+}
+
+impl Imu {
+    /// The message of a sample, in the frame of the sensor block, without an orientation.
+    pub fn from_sample(sample: &ImuSample, frame_id: impl Into<String>) -> Self {
+        let mut imu = Self {
+            header: Header::new(sample.stamp, frame_id),
+            angular_velocity: sample.angular_rate.into(),
+            linear_acceleration: sample.specific_force.into(),
+            ..Self::default()
+        };
+        imu.orientation_covariance[0] = -1.0;
+        for axis in 0..3 {
+            imu.angular_velocity_covariance[4 * axis] = sample.angular_rate_variance[axis];
+            imu.linear_acceleration_covariance[4 * axis] = sample.specific_force_variance[axis];
+        }
+        imu
+    }
+}
+
+impl TryFrom<&JointState> for JointSample {
+    type Error = ConvertError;
+
+    /// Both joints by name, in whatever order they come. Velocities that were not measured (an empty array) are zero.
+    fn try_from(joints: &JointState) -> Result<Self, ConvertError> {
+        let mut sample = Self {
+            stamp: stamp_of(&joints.header)?,
+            position: [0.0; 2],
+            velocity: [0.0; 2],
+        };
+        for (slot, joint) in JOINT_NAMES.into_iter().enumerate() {
+            let index = joints
+                .name
+                .iter()
+                .position(|name| name == joint)
+                .ok_or_else(|| ConvertError::MissingJoint {
+                    joint,
+                    found: joints.name.clone(),
+                })?;
+            sample.position[slot] =
+                *joints
+                    .position
+                    .get(index)
+                    .ok_or(ConvertError::MissingValue {
+                        joint,
+                        field: "position",
+                    })?;
+            if !joints.velocity.is_empty() {
+                sample.velocity[slot] =
+                    *joints
+                        .velocity
+                        .get(index)
+                        .ok_or(ConvertError::MissingValue {
+                            joint,
+                            field: "velocity",
+                        })?;
+            }
+        }
+        Ok(sample)
+    }
+}
+
+impl From<&JointSample> for JointState {
+    /// Both joints, outer first.
+    fn from(sample: &JointSample) -> Self {
+        Self {
+            header: Header {
+                stamp: sample.stamp.into(),
+                frame_id: String::new(),
+            },
+            name: JOINT_NAMES.map(str::to_owned).to_vec(),
+            position: sample.position.to_vec(),
+            velocity: sample.velocity.to_vec(),
+            effort: Vec::new(),
+        }
+    }
+}
+
+impl TryFrom<&JointTrajectory> for Trajectory {
+    type Error = ConvertError;
+
+    /// Both joints by name, in whatever order they come. A trajectory without points stops the table, whatever its names.
+    fn try_from(message: &JointTrajectory) -> Result<Self, ConvertError> {
+        if message.points.is_empty() {
+            return Ok(Self::default());
+        }
+        if let Some(joint) = message
+            .joint_names
+            .iter()
+            .find(|name| !JOINT_NAMES.contains(&name.as_str()))
+        {
+            return Err(ConvertError::UnknownJoint {
+                joint: joint.clone(),
+            });
+        }
+        let mut indices = [0; 2];
+        for (slot, joint) in JOINT_NAMES.into_iter().enumerate() {
+            indices[slot] = message
+                .joint_names
+                .iter()
+                .position(|name| name == joint)
+                .ok_or_else(|| ConvertError::MissingJoint {
+                    joint,
+                    found: message.joint_names.clone(),
+                })?;
+        }
+        let points = message
+            .points
+            .iter()
+            .map(|point| point_of(point, indices))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { points })
+    }
+}
+
+fn point_of(
+    point: &JointTrajectoryPoint,
+    indices: [usize; 2],
+) -> Result<TrajectoryPoint, ConvertError> {
+    let pick = |values: &[f64], field: &'static str| -> Result<[f64; 2], ConvertError> {
+        let mut picked = [0.0; 2];
+        for slot in 0..2 {
+            picked[slot] = *values
+                .get(indices[slot])
+                .ok_or(ConvertError::MissingValue {
+                    joint: JOINT_NAMES[slot],
+                    field,
+                })?;
+        }
+        Ok(picked)
+    };
+    Ok(TrajectoryPoint {
+        time_from_start_nanos: point.time_from_start.nanos(),
+        position: pick(&point.positions, "positions")?,
+        velocity: pick(&point.velocities, "velocities")?,
+    })
+}
+
+impl From<&Trajectory> for JointTrajectory {
+    /// Both joints, outer first; starts on arrival.
+    fn from(trajectory: &Trajectory) -> Self {
+        Self {
+            header: Header::default(),
+            joint_names: JOINT_NAMES.map(str::to_owned).to_vec(),
+            points: trajectory
+                .points
+                .iter()
+                .map(|point| JointTrajectoryPoint {
+                    positions: point.position.to_vec(),
+                    velocities: point.velocity.to_vec(),
+                    time_from_start: Duration::from_nanos(point.time_from_start_nanos),
+                    ..JointTrajectoryPoint::default()
+                })
+                .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn joints(names: &[&str], position: &[f64]) -> JointState {
+        JointState {
+            name: names.iter().map(|&name| name.to_owned()).collect(),
+            position: position.to_vec(),
+            ..JointState::default()
+        }
+    }
+
+    /// Joints are found by name, not by place.
+    #[test]
+    fn joints_in_any_order() {
+        let message = joints(&["inner_joint", "wheel", "outer_joint"], &[1.0, 2.0, 3.0]);
+        assert_eq!(
+            JointSample::try_from(&message).unwrap().position,
+            [3.0, 1.0]
+        );
+    }
+
+    /// The error names the joint that is missing and those that are there.
+    #[test]
+    fn a_missing_joint_is_named() {
+        let error = JointSample::try_from(&joints(&["outer_joint", "x"], &[0.0, 0.0])).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "joint inner_joint is missing, the message has outer_joint, x"
+        );
+    }
+
+    /// A name without a position is an error, not a zero.
+    #[test]
+    fn a_missing_position_is_an_error() {
+        let error =
+            JointSample::try_from(&joints(&["outer_joint", "inner_joint"], &[0.0])).unwrap_err();
+        assert_eq!(
+            error,
+            ConvertError::MissingValue {
+                joint: "inner_joint",
+                field: "position"
+            }
+        );
+    }
+
+    /// A sample survives the way through its message to the last bit.
+    #[test]
+    fn imu_there_and_back() {
+        let sample = ImuSample {
+            stamp: Stamp::from_nanos(1_760_000_000_123_456_789),
+            angular_rate: Vector3::new(1e-5, -2e-7, 0.1 + 0.2),
+            specific_force: Vector3::new(0.1, -0.2, 9.806_65),
+            angular_rate_variance: Vector3::new(1e-12, 2e-12, 3e-12),
+            specific_force_variance: Vector3::new(1e-6, 2e-6, 3e-6),
+        };
+        let imu = Imu::from_sample(&sample, "imu_link");
+        assert_eq!(imu.orientation_covariance[0], -1.0);
+        assert_eq!(ImuSample::try_from(&imu).unwrap(), sample);
+    }
+
+    /// A trajectory survives the way through its message, negative times included.
+    #[test]
+    fn trajectory_there_and_back() {
+        let point = |t| TrajectoryPoint {
+            time_from_start_nanos: t,
+            position: [1.0, 2.0],
+            velocity: [3.0, 4.0],
+        };
+        let trajectory = Trajectory {
+            points: vec![point(-1), point(1_500_000_000)],
+        };
+        assert_eq!(
+            Trajectory::try_from(&JointTrajectory::from(&trajectory)).unwrap(),
+            trajectory
+        );
+    }
+}

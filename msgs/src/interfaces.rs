@@ -1,0 +1,208 @@
+//! The messages of this package: scheme, estimate, calibration.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry_msgs::Quaternion;
+use crate::ros_message;
+use crate::std_msgs::Header;
+
+/// Where the rotation scheme stands. Topic scheme/status, reliable, transient local, from the scheme sequencer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SchemeStatus {
+    /// Time and frame.
+    pub header: Header,
+    /// Name of the scheme, e.g. eight-position.
+    pub scheme: String,
+    /// One of the constants.
+    pub state: u8,
+    /// Counts from 0.
+    pub cycle: u32,
+    /// Within the cycle: 0 is the first dwell, k the k-th rotation and the dwell after it.
+    pub step: u32,
+    /// Rotations of one cycle.
+    pub steps_per_cycle: u32,
+    /// Letter of the position the block is in or turns to, e.g. A.
+    pub position: String,
+    /// `outer_joint` or `inner_joint` of the rotation under way or the next one; empty where there is none.
+    pub rotation_joint: String,
+    /// Axis of the block at zero joint angles that this joint turns about: x, y or z.
+    pub rotation_axis: String,
+    /// By how much, counter-clockwise positive \[rad\].
+    pub rotation_angle_rad: f64,
+    /// Since the scheme was started \[s\].
+    pub elapsed: f64,
+    /// Until it is finished; -1 where not known \[s\].
+    pub remaining: f64,
+    /// Joint angles (outer, inner) at the end of the step, continuous \[rad\].
+    pub target: [f64; 2],
+    /// One line for a person.
+    pub message: String,
+}
+
+impl SchemeStatus {
+    /// Nothing was started.
+    pub const IDLE: u8 = 0;
+    /// The joint states do not arrive, or are not yet at the first position.
+    pub const WAITING_FOR_TABLE: u8 = 1;
+    /// At rest in a position.
+    pub const DWELLING: u8 = 2;
+    /// A rotation is under way.
+    pub const ROTATING: u8 = 3;
+    /// The table stands where it is until resumed.
+    pub const PAUSED: u8 = 4;
+    /// Ended before its time, on request.
+    pub const ABORTED: u8 = 5;
+    /// Every cycle is done.
+    pub const FINISHED: u8 = 6;
+    /// The table did not follow; `message` says how.
+    pub const FAULT: u8 = 7;
+}
+
+/// What the self-calibration knows now. Topic self_calibration/estimate, reliable, transient local, 1 Hz of ROS time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SelfCalibrationEstimate {
+    /// Stamp of the sample the estimate stands at; frame_id of the sensor block.
+    pub header: Header,
+    /// One of the constants.
+    pub phase: u8,
+    /// Its name.
+    pub phase_name: String,
+    /// Names of the states, in order.
+    pub state_names: Vec<String>,
+    /// The error states, SI units.
+    pub state: Vec<f64>,
+    /// Row-major, square of the length of state_names.
+    pub covariance: Vec<f64>,
+    /// Square roots of its diagonal.
+    pub std: Vec<f64>,
+    /// x, y, z, measured minus true \[rad/s\].
+    pub gyroscope_drift: [f64; 3],
+    /// Its 1 sigma \[rad/s\].
+    pub gyroscope_drift_std: [f64; 3],
+    /// x, y, z, measured minus true \[m/s²\].
+    pub accelerometer_bias: [f64; 3],
+    /// Its 1 sigma \[m/s²\].
+    pub accelerometer_bias_std: [f64; 3],
+    /// About East, North, Up \[rad\].
+    pub misalignment_std: [f64; 3],
+    /// Turns vectors of the block into East-North-Up.
+    pub attitude: Quaternion,
+    /// Of the block's y axis, clockwise from true north, 0 to 2π \[rad\].
+    pub heading: f64,
+    /// Its 1 sigma \[rad\].
+    pub heading_std: f64,
+    /// Roll of the block \[rad\].
+    pub roll: f64,
+    /// Its 1 sigma \[rad\].
+    pub roll_std: f64,
+    /// Pitch of the block \[rad\].
+    pub pitch: f64,
+    /// Its 1 sigma \[rad\].
+    pub pitch_std: f64,
+    /// Normalised innovation squared of the newest update.
+    pub nis: f64,
+    /// Mean of it over the window.
+    pub nis_window_mean: f64,
+    /// Chi-square bound that the mean must stay below.
+    pub nis_upper_bound: f64,
+    /// IMU samples taken.
+    pub samples: u64,
+    /// Times that the stamps jumped.
+    pub gaps: u64,
+    /// Samples missing in those gaps.
+    pub lost_samples: u64,
+    /// From the first sample to the newest \[s\].
+    pub duration: f64,
+    /// One line for a person.
+    pub message: String,
+}
+
+impl SelfCalibrationEstimate {
+    /// No latitude and longitude yet.
+    pub const WAITING_FOR_POSITION: u8 = 0;
+    /// Attitude from gravity and earth rate in the inertial frame.
+    pub const COARSE_ALIGNMENT: u8 = 1;
+    /// The filter runs in the first dwell.
+    pub const FINE_ALIGNMENT: u8 = 2;
+    /// The filter runs through rotations.
+    pub const CALIBRATING: u8 = 3;
+    /// Every state the scheme can show is below its threshold, and the innovations agree.
+    pub const CONVERGED: u8 = 4;
+    /// The innovations do not agree with the covariance.
+    pub const INCONSISTENT: u8 = 5;
+}
+
+/// A calibration of the sensor block. Topic self_calibration/calibration, reliable, transient local.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Stamp of the sample it was taken at; frame_id of the sensor block.
+    pub header: Header,
+    /// The values may be used.
+    pub valid: bool,
+    /// Every estimated state was below its threshold and consistent.
+    pub converged: bool,
+    /// x, y, z, measured minus true \[rad/s\].
+    pub gyroscope_drift: [f64; 3],
+    /// Its 1 sigma; -1 where not known \[rad/s\].
+    pub gyroscope_drift_std: [f64; 3],
+    /// x, y, z, measured minus true \[m/s²\].
+    pub accelerometer_bias: [f64; 3],
+    /// Its 1 sigma; -1 where not known \[m/s²\].
+    pub accelerometer_bias_std: [f64; 3],
+    /// K_g, row-major: scale factors on the diagonal, installation angles (rad) off it.
+    pub gyroscope_matrix: [f64; 9],
+    /// Its 1 sigma, row-major; -1 where not known.
+    pub gyroscope_matrix_std: [f64; 9],
+    /// K_a, row-major, lower triangle.
+    pub accelerometer_matrix: [f64; 9],
+    /// Its 1 sigma, row-major; -1 where not known.
+    pub accelerometer_matrix_std: [f64; 9],
+    /// Turns vectors of the block into East-North-Up.
+    pub attitude: Quaternion,
+    /// Of the misalignment about East, North, Up, row-major \[rad²\].
+    pub attitude_covariance: [f64; 9],
+    /// WGS-84, north positive \[deg\].
+    pub latitude_deg: f64,
+    /// WGS-84, east positive \[deg\].
+    pub longitude_deg: f64,
+    /// Above the ellipsoid \[m\].
+    pub height_m: f64,
+    /// Names of the states, in order.
+    pub state_names: Vec<String>,
+    /// Row-major, square of the length of state_names.
+    pub covariance: Vec<f64>,
+    /// A phase of SelfCalibrationEstimate.
+    pub phase: u8,
+    /// Mean normalised innovation squared over the last window.
+    pub nis_mean: f64,
+    /// IMU samples it rests on.
+    pub samples: u64,
+    /// Times that their stamps jumped.
+    pub gaps: u64,
+    /// From the first sample to the newest \[s\].
+    pub duration: f64,
+    /// What made it: a node, a file, ground truth.
+    pub source: String,
+}
+
+ros_message!(
+    SchemeStatus,
+    "rotary_sins_msgs/msg/SchemeStatus",
+    include_str!("../msg/SchemeStatus.msg"),
+    "RIHS01_d6f2b7a256d5fa06a8d7d1e18bf905a3072bae3034904ab3b5f1cbf44c3a5fa2",
+    [Header]
+);
+ros_message!(
+    SelfCalibrationEstimate,
+    "rotary_sins_msgs/msg/SelfCalibrationEstimate",
+    include_str!("../msg/SelfCalibrationEstimate.msg"),
+    "RIHS01_41c7b44b366464d923f90c06735fcfd26ae98bd6abffe768f51c08d75c30009a",
+    [Header, Quaternion]
+);
+ros_message!(
+    Calibration,
+    "rotary_sins_msgs/msg/Calibration",
+    include_str!("../msg/Calibration.msg"),
+    "RIHS01_e469ca54c95d7b954e26ca1b4d9742ab2d5cfb062b0c54a884e3f9bccc1b65ff",
+    [Header, Quaternion]
+);

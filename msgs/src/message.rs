@@ -1,0 +1,73 @@
+//! What every message type knows of itself.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Line between the parts of a `ros2msg` schema.
+const SEPARATOR: &str =
+    "================================================================================";
+
+/// A ROS message: its name, its definition, its hash.
+pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + 'static {
+    /// Full name, e.g. `sensor_msgs/msg/Imu`.
+    const TYPE_NAME: &'static str;
+    /// Text of its `.msg` file.
+    const DEFINITION: &'static str;
+    /// REP-2011 hash of the type, `RIHS01_` and 64 hexadecimal digits.
+    const TYPE_HASH: &'static str;
+
+    /// Appends name and definition of every type this one is made of, each once, in order of first use.
+    fn collect_dependencies(found: &mut Vec<(&'static str, &'static str)>);
+
+    /// The `ros2msg` text that bags carry: the definition and, behind separators, those of all it is made of.
+    fn schema() -> String {
+        let mut parts = Vec::new();
+        Self::collect_dependencies(&mut parts);
+        let mut text = Self::DEFINITION.to_owned();
+        for (name, definition) in parts {
+            text.push_str(SEPARATOR);
+            text.push_str("\nMSG: ");
+            text.push_str(&name.replace("/msg/", "/"));
+            text.push('\n');
+            text.push_str(definition);
+        }
+        text
+    }
+}
+
+/// Ties a structure to its ROS type: name, definition, hash, and the structures it is made of.
+macro_rules! ros_message {
+    ($type:ty, $name:literal, $definition:expr, $hash:literal, [$($part:ty),*]) => {
+        impl $crate::RosMessage for $type {
+            const TYPE_NAME: &'static str = $name;
+            const DEFINITION: &'static str = $definition;
+            const TYPE_HASH: &'static str = $hash;
+
+            #[allow(unused_variables, reason = "types made of numbers alone have no parts")]
+            fn collect_dependencies(found: &mut Vec<(&'static str, &'static str)>) {
+                $(
+                    let part = (
+                        <$part as $crate::RosMessage>::TYPE_NAME,
+                        <$part as $crate::RosMessage>::DEFINITION,
+                    );
+                    if !found.contains(&part) {
+                        found.push(part);
+                        <$part as $crate::RosMessage>::collect_dependencies(found);
+                    }
+                )*
+            }
+        }
+
+        #[cfg(feature = "dds")]
+        impl ros2_client::Message for $type {}
+    };
+}
+
+/// Lets a request or response of a service go through DDS.
+macro_rules! ros_service_part {
+    ($type:ty) => {
+        #[cfg(feature = "dds")]
+        impl ros2_client::Message for $type {}
+    };
+}
+
+pub(crate) use {ros_message, ros_service_part};

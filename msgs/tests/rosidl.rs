@@ -1,0 +1,187 @@
+//! The structures are what rosidl makes of the definitions.
+#![allow(clippy::unwrap_used)]
+
+use std::process::Command;
+
+use rotary_sins_msgs::{
+    Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrationEstimate,
+    builtin_interfaces, diagnostic_msgs, geometry_msgs, known_type, nav_msgs, rcl_interfaces,
+    rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+};
+use serde::de::{Deserializer, Error as _, Visitor, value::Error};
+
+/// Stops at the first structure, with the names of its fields as the error.
+struct FieldNames;
+
+impl<'de> Deserializer<'de> for FieldNames {
+    type Error = Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+        Err(Error::custom("not a structure"))
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        fields: &'static [&'static str],
+        _: V,
+    ) -> Result<V::Value, Error> {
+        Err(Error::custom(fields.join(" ")))
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+    }
+}
+
+/// Names of the fields (constants left out) in a definition.
+fn fields_of(definition: &str) -> String {
+    definition
+        .lines()
+        .map(|line| line.split('#').next().unwrap_or_default())
+        .filter(|line| !line.contains('='))
+        .filter_map(|line| line.split_whitespace().nth(1))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+fn assert_fields<M: RosMessage>() -> &'static str {
+    let fields = M::deserialize(FieldNames).err().unwrap().to_string();
+    assert_eq!(fields, fields_of(M::DEFINITION), "{}", M::TYPE_NAME);
+    M::TYPE_NAME
+}
+
+macro_rules! assert_fields {
+    ($($type:ty),* $(,)?) => { [$(assert_fields::<$type>()),*] };
+}
+
+/// Every structure has the fields of its definition in their order, and every known type is looked at here.
+#[test]
+fn fields_follow_the_definitions() {
+    let checked = assert_fields![
+        builtin_interfaces::Time,
+        builtin_interfaces::Duration,
+        std_msgs::Header,
+        std_msgs::String,
+        geometry_msgs::Vector3,
+        geometry_msgs::Vector3Stamped,
+        geometry_msgs::Point,
+        geometry_msgs::Quaternion,
+        geometry_msgs::QuaternionStamped,
+        geometry_msgs::Pose,
+        geometry_msgs::PoseStamped,
+        geometry_msgs::PoseWithCovariance,
+        geometry_msgs::PoseWithCovarianceStamped,
+        geometry_msgs::Twist,
+        geometry_msgs::TwistStamped,
+        geometry_msgs::TwistWithCovariance,
+        geometry_msgs::TwistWithCovarianceStamped,
+        geometry_msgs::Transform,
+        geometry_msgs::TransformStamped,
+        sensor_msgs::Imu,
+        sensor_msgs::JointState,
+        sensor_msgs::NavSatStatus,
+        sensor_msgs::NavSatFix,
+        nav_msgs::Odometry,
+        trajectory_msgs::JointTrajectoryPoint,
+        trajectory_msgs::JointTrajectory,
+        tf2_msgs::TFMessage,
+        rosgraph_msgs::Clock,
+        diagnostic_msgs::KeyValue,
+        diagnostic_msgs::DiagnosticStatus,
+        diagnostic_msgs::DiagnosticArray,
+        rcl_interfaces::Log,
+        rcl_interfaces::ParameterValue,
+        rcl_interfaces::Parameter,
+        rcl_interfaces::ParameterEvent,
+        SchemeStatus,
+        SelfCalibrationEstimate,
+        Calibration,
+    ];
+    assert_eq!(
+        checked.to_vec(),
+        KNOWN_TYPES
+            .iter()
+            .map(|known| known.name)
+            .collect::<Vec<_>>()
+    );
+}
+
+/// Every type that a schema mentions is defined in it, exactly once.
+#[test]
+fn schemas_are_complete() {
+    for known in KNOWN_TYPES {
+        let schema = (known.schema)();
+        let parts: Vec<&str> = schema
+            .lines()
+            .filter_map(|line| line.strip_prefix("MSG: "))
+            .collect();
+        let mut mentioned: Vec<&str> = schema
+            .lines()
+            .filter(|line| !line.starts_with(['#', '=', 'M']))
+            .filter_map(|line| {
+                line.split([' ', '['])
+                    .next()
+                    .filter(|word| word.contains('/'))
+            })
+            .collect();
+        mentioned.sort_unstable();
+        mentioned.dedup();
+        let mut sorted = parts.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, mentioned, "{}", known.name);
+    }
+}
+
+/// The schema of an Imu has its parts behind lines of 80 `=`, as rosbag2 wants them.
+#[test]
+fn schema_of_an_imu() {
+    let schema = sensor_msgs::Imu::schema();
+    let parts: Vec<&str> = schema
+        .split(&format!("{}\nMSG: ", "=".repeat(80)))
+        .collect();
+    let names: Vec<&str> = parts
+        .iter()
+        .skip(1)
+        .map(|part| part.lines().next().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "std_msgs/Header",
+            "builtin_interfaces/Time",
+            "geometry_msgs/Quaternion",
+            "geometry_msgs/Vector3"
+        ]
+    );
+    assert!(parts[0].starts_with("std_msgs/Header header\n"));
+}
+
+/// The hash of every type is the one that another implementation computes from its definition, and the standard
+/// definitions are those of ROS 2 Jazzy. Needs Python with `rosbags` (ROTARY_SINS_PYTHON, else python3).
+#[test]
+fn type_hashes_match_rosbags() {
+    let python = std::env::var("ROTARY_SINS_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let has_rosbags = Command::new(&python)
+        .args(["-c", "import rosbags"])
+        .output()
+        .is_ok_and(|o| o.status.success());
+    if !has_rosbags {
+        println!("skipped: {python} has no rosbags");
+        return;
+    }
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/type_hashes.py");
+    let output = Command::new(&python).arg(script).output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.lines().count(), KNOWN_TYPES.len());
+    for line in text.lines() {
+        let (name, hash) = line.split_once(' ').unwrap();
+        assert_eq!(known_type(name).unwrap().hash, hash, "{name}");
+    }
+}
