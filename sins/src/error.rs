@@ -23,6 +23,12 @@ pub enum Error {
         /// Stamp of the sample.
         stamp: Stamp,
     },
+    /// The samples do not look like gravity and earth rate on a ship at its mooring.
+    #[error("coarse alignment: {reason}")]
+    Alignment {
+        /// What was found and what was expected.
+        reason: String,
+    },
     /// A scheme file cannot be understood or cannot be run on this table.
     #[error("scheme {name}: {reason}")]
     Scheme {
@@ -35,7 +41,11 @@ pub enum Error {
 
 impl Error {
     /// A [`Error::Setting`] from anything printable.
-    pub fn setting(name: impl Into<String>, value: impl std::fmt::Display, expected: impl Into<String>) -> Self {
+    pub fn setting(
+        name: impl Into<String>,
+        value: impl std::fmt::Display,
+        expected: impl Into<String>,
+    ) -> Self {
         Self::Setting {
             name: name.into(),
             value: value.to_string(),

@@ -2,12 +2,15 @@
 //!
 //! No ROS, no files, no clock, no threads: every machine in this crate is fed samples and hands back results.
 
+pub mod coarse_alignment;
 pub mod earth;
 pub mod error;
 pub mod estimation;
 pub mod imu;
+pub mod joint_history;
 pub mod rotation;
 pub mod sampling;
+pub mod self_calibration;
 pub mod sensor_errors;
 pub mod strapdown;
 pub mod time;

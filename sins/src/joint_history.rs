@@ -1,0 +1,65 @@
+//! The last readings of the joints, and the angles at any time near them.
+
+use crate::time::Stamp;
+use crate::turntable::JointSample;
+
+/// The last two readings.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct JointHistory {
+    before: Option<JointSample>,
+    last: Option<JointSample>,
+}
+
+impl JointHistory {
+    /// Takes a reading; one that is not later than the last replaces it.
+    pub fn push(&mut self, sample: JointSample) {
+        if self.last.is_some_and(|last| sample.stamp > last.stamp) {
+            self.before = self.last;
+        }
+        self.last = Some(sample);
+    }
+
+    /// The last reading.
+    pub fn last(&self) -> Option<&JointSample> {
+        self.last.as_ref()
+    }
+
+    /// Angles (outer, inner) \[rad\] at `stamp`: on the line through the last two readings between them, held outside. Zero
+    /// where none has come: an IMU without a table.
+    pub fn angles_at(&self, stamp: Stamp) -> [f64; 2] {
+        match (self.before, self.last) {
+            (_, None) => [0.0; 2],
+            (None, Some(last)) => last.position,
+            (Some(before), Some(last)) => {
+                let share = stamp.seconds_since(before.stamp) / last.stamp.seconds_since(before.stamp);
+                let share = share.clamp(0.0, 1.0);
+                [0, 1].map(|i| before.position[i] + share * (last.position[i] - before.position[i]))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reading(millis: i64, outer: f64) -> JointSample {
+        JointSample {
+            stamp: Stamp::from_nanos(millis * 1_000_000),
+            position: [outer, -outer],
+            velocity: [0.0; 2],
+        }
+    }
+
+    /// Between two readings the angles lie on the line, outside they are held.
+    #[test]
+    fn interpolates_and_holds() {
+        let mut history = JointHistory::default();
+        assert_eq!(history.angles_at(Stamp::from_nanos(0)), [0.0; 2]);
+        history.push(reading(0, 1.0));
+        history.push(reading(100, 2.0));
+        assert_eq!(history.angles_at(Stamp::from_nanos(25_000_000)), [1.25, -1.25]);
+        assert_eq!(history.angles_at(Stamp::from_nanos(500_000_000)), [2.0, -2.0]);
+        assert_eq!(history.angles_at(Stamp::from_nanos(-1)), [1.0, -1.0]);
+    }
+}

@@ -1,0 +1,503 @@
+//! Self-calibration: the state machine that both the node and the command line drive.
+//!
+//! Samples in, estimates out. Everything it does depends on the stamps and values of the samples alone, never on when they
+//! arrive, so a bag gives the same numbers to the last bit through DDS and without it.
+//!
+//! 1. Samples are gathered while [`coarse alignment`](crate::coarse_alignment) works on them.
+//! 2. Its attitude is the point about which the 13-state filter is linear. The filter starts at the **first** sample with a
+//!    misalignment prior so wide that it says nothing, and goes over everything gathered with its loop open. What it holds
+//!    at the end is the coarse alignment's uncertainty as the samples really gave it, with the level error's correlation
+//!    with the accelerometer biases and the azimuth error's with the east gyroscope drift: the P0 of what follows.
+//! 3. The loop is closed and the filter goes on with every new sample.
+
+mod estimate;
+mod settings;
+
+use std::collections::VecDeque;
+
+pub use estimate::{Calibration, Estimate, InnovationReport, Phase, SampleReport};
+use nalgebra::{UnitQuaternion, Vector3};
+pub use settings::{
+    ARC_MINUTE, ARC_SECOND, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, Reference, Settings, Thresholds, default_noise,
+};
+
+use crate::coarse_alignment::CoarseAlignment;
+use crate::error::Error;
+use crate::estimation::consistency::InnovationWindow;
+use crate::estimation::error_state::{StateMatrix, StateVector};
+use crate::estimation::filter::{ErrorFilter, Loop, VelocityMeasurement};
+use crate::imu::{ImuSample, NoiseDensity};
+use crate::joint_history::JointHistory;
+use crate::rotation::HeadingPitchRoll;
+use crate::sampling::{Interval, SampleClock};
+use crate::strapdown::{Increment, NavigationState};
+use crate::time::{Stamp, seconds_to_nanos};
+use crate::turntable::JointSample;
+
+/// A position of the ship.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionFix {
+    /// Geodetic latitude \[rad\].
+    pub latitude: f64,
+    /// Longitude \[rad\].
+    pub longitude: f64,
+    /// Height above the ellipsoid \[m\].
+    pub height: f64,
+}
+
+/// One interval between samples, as the filter takes it.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    stamp: Stamp,
+    increment: Increment,
+    /// Uncertainty of angle \[rad\] and velocity \[m/s\] where the interval bridges a hole.
+    bridged: Option<[f64; 2]>,
+}
+
+/// The filter once it runs, with its own clock and test.
+#[derive(Clone, Debug)]
+struct Run {
+    filter: ErrorFilter,
+    next_step: Stamp,
+    window: InnovationWindow,
+    last_normalized: f64,
+    failures: u64,
+    /// Attitude when fine alignment began; the turn from it begins calibration.
+    reference_attitude: UnitQuaternion<f64>,
+    turned: bool,
+}
+
+/// What is gathered before the filter can start.
+#[derive(Clone, Debug, Default)]
+struct Gathering {
+    coarse: CoarseAlignment,
+    backlog: Vec<Step>,
+    /// Σ variance · interval, and Σ interval, for the noise densities.
+    gyroscope_noise: Vector3<f64>,
+    accelerometer_noise: Vector3<f64>,
+}
+
+#[derive(Clone, Debug)]
+enum Stage {
+    Gathering(Box<Gathering>),
+    Running(Box<Run>),
+}
+
+/// The state machine.
+#[derive(Clone, Debug)]
+pub struct SelfCalibration {
+    settings: Settings,
+    clock: SampleClock,
+    report: SampleReport,
+    start: Option<Stamp>,
+    previous: Option<ImuSample>,
+    position: Option<PositionFix>,
+    joints: JointHistory,
+    velocities: VecDeque<(Stamp, VelocityMeasurement)>,
+    last_velocity: Option<Stamp>,
+    waiting: VecDeque<ImuSample>,
+    stage: Stage,
+    last: Option<Estimate>,
+}
+
+impl SelfCalibration {
+    /// A machine that waits for its first sample.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where a setting is out of range.
+    pub fn new(settings: Settings) -> Result<Self, Error> {
+        settings.check()?;
+        Ok(Self {
+            settings,
+            clock: SampleClock::default(),
+            report: SampleReport::default(),
+            start: None,
+            previous: None,
+            position: None,
+            joints: JointHistory::default(),
+            velocities: VecDeque::new(),
+            last_velocity: None,
+            waiting: VecDeque::new(),
+            stage: Stage::Gathering(Box::default()),
+            last: None,
+        })
+    }
+
+    /// The settings it was made with.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Takes a position. The first one counts; the ship lies at her mooring.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where a coordinate is not finite or off the globe.
+    pub fn ingest_position(&mut self, fix: PositionFix) -> Result<(), Error> {
+        if fix.latitude.is_nan() || fix.latitude.abs() > 89.5f64.to_radians() {
+            return Err(Error::setting(
+                "latitude of the fix in degrees",
+                fix.latitude.to_degrees(),
+                "-89.5 .. 89.5 (a local-level frame needs a north)",
+            ));
+        }
+        if fix.longitude.is_nan() || fix.longitude.abs() > 361f64.to_radians() || !fix.height.is_finite() {
+            return Err(Error::setting(
+                "longitude in degrees and height in m of the fix",
+                format!("{}, {}", fix.longitude.to_degrees(), fix.height),
+                "finite numbers, longitude within a turn",
+            ));
+        }
+        self.position.get_or_insert(fix);
+        Ok(())
+    }
+
+    /// Takes a reading of the joints.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn ingest_joints(&mut self, joints: JointSample) -> Result<(), Error> {
+        if !joints.position.iter().all(|v| v.is_finite()) {
+            return Err(Error::NotFinite { what: "joint position", stamp: joints.stamp });
+        }
+        self.joints.push(joints);
+        Ok(())
+    }
+
+    /// Takes a velocity over ground (reference `Measured`; otherwise it is left aside).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], or [`Error::Setting`] where a sigma is not positive.
+    pub fn ingest_velocity(&mut self, stamp: Stamp, measurement: VelocityMeasurement) -> Result<(), Error> {
+        if !measurement.east_north.iter().all(|v| v.is_finite()) {
+            return Err(Error::NotFinite { what: "aiding velocity", stamp });
+        }
+        if !measurement.sigma.iter().all(|v| v.is_finite() && *v > 0.0) {
+            return Err(Error::setting(
+                "one-sigma of the aiding velocity in m/s",
+                format!("{:?}", measurement.sigma),
+                "positive numbers",
+            ));
+        }
+        if matches!(self.settings.reference, Reference::Measured { .. })
+            && self.last_velocity.is_none_or(|last| stamp > last)
+        {
+            self.velocities.push_back((stamp, measurement));
+            self.last_velocity = Some(stamp);
+        }
+        Ok(())
+    }
+
+    /// Takes a sample. Returns the estimate when this sample completes a covariance step.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] (the sample is left out and counted), [`Error::Alignment`] (coarse alignment failed; it has
+    /// started anew). After an error the machine goes on with the next sample.
+    pub fn ingest_imu(&mut self, sample: &ImuSample) -> Result<Option<Estimate>, Error> {
+        if !sample.is_finite() {
+            self.report.not_finite += 1;
+            return Err(Error::NotFinite { what: "angular velocity or linear acceleration", stamp: sample.stamp });
+        }
+        let Reference::Measured { patience_s } = self.settings.reference else {
+            return self.process(sample);
+        };
+        self.waiting.push_back(*sample);
+        let mut latest = None;
+        while let Some(first) = self.waiting.front() {
+            let covered = self.last_velocity.is_some_and(|last| last >= first.stamp);
+            if !covered && sample.stamp.seconds_since(first.stamp) <= patience_s {
+                break;
+            }
+            let Some(next) = self.waiting.pop_front() else { break };
+            latest = self.process(&next)?.or(latest);
+        }
+        Ok(latest)
+    }
+
+    /// Says that no more samples will come: an alignment that has gathered enough is finished with what there is.
+    /// Returns the last estimate.
+    ///
+    /// # Errors
+    /// [`Error::Alignment`] where there never was one, with what was missing.
+    pub fn finish(&mut self) -> Result<Estimate, Error> {
+        for sample in std::mem::take(&mut self.waiting) {
+            self.process(&sample)?;
+        }
+        if let Stage::Gathering(gathering) = &self.stage {
+            let seconds = gathering.coarse.seconds();
+            if self.position.is_none() {
+                return Err(Error::Alignment { reason: "no position: expected a valid fix before the samples ended".into() });
+            }
+            if seconds < self.settings.coarse_alignment_min_s && self.last.is_none() {
+                return Err(Error::Alignment {
+                    reason: format!(
+                        "{seconds:.1} s of samples, expected at least {} s",
+                        self.settings.coarse_alignment_min_s
+                    ),
+                });
+            }
+            if seconds >= self.settings.coarse_alignment_min_s {
+                self.start_filter()?;
+            }
+        }
+        self.last.clone().ok_or_else(|| Error::Alignment { reason: "the samples ended before the first estimate".into() })
+    }
+
+    /// Where the machine stands now.
+    pub fn phase(&self) -> Phase {
+        match &self.stage {
+            Stage::Gathering(_) if self.position.is_none() => Phase::WaitingForPosition,
+            Stage::Gathering(_) => Phase::CoarseAlignment,
+            Stage::Running(run) => self.phase_of(run),
+        }
+    }
+
+    /// How much of coarse alignment is done, 0..1; 1 when the filter runs.
+    pub fn coarse_progress(&self) -> f64 {
+        match &self.stage {
+            Stage::Gathering(g) => (g.coarse.seconds() / self.settings.coarse_alignment_s).min(1.0),
+            Stage::Running(_) => 1.0,
+        }
+    }
+
+    /// What happened to the samples so far.
+    pub fn samples(&self) -> SampleReport {
+        SampleReport { counts: self.clock.counts(), ..self.report }
+    }
+
+    /// The last estimate.
+    pub fn last(&self) -> Option<&Estimate> {
+        self.last.as_ref()
+    }
+
+    /// Forgets all that was estimated and gathered and starts anew with the next sample; counts and position stay.
+    pub fn restart(&mut self) {
+        self.clock.restart();
+        self.start = None;
+        self.previous = None;
+        self.stage = Stage::Gathering(Box::default());
+    }
+
+    fn process(&mut self, sample: &ImuSample) -> Result<Option<Estimate>, Error> {
+        let before = self.clock.last();
+        let interval = self.clock.classify(sample.stamp);
+        let previous = self.previous;
+        let (interval_s, is_gap) = match interval {
+            Interval::Repeated => return Ok(None),
+            Interval::Backward(by) if by <= self.settings.restart_gap_s => return Ok(None),
+            Interval::First => {
+                self.start = Some(sample.stamp);
+                self.previous = Some(*sample);
+                return Ok(None);
+            }
+            Interval::Gap { interval_s, .. } if interval_s <= self.settings.restart_gap_s => (interval_s, true),
+            Interval::Regular(interval_s) => (interval_s, false),
+            Interval::Backward(_) | Interval::Gap { .. } => {
+                self.restart();
+                self.report.restarts += 1;
+                self.clock.classify(sample.stamp);
+                self.start = Some(sample.stamp);
+                self.previous = Some(*sample);
+                let from = before.map_or(0, Stamp::nanos);
+                return Err(Error::Alignment {
+                    reason: format!(
+                        "stamps jumped from {from} ns to {} ns, more than {} s: alignment starts anew",
+                        sample.stamp.nanos(),
+                        self.settings.restart_gap_s
+                    ),
+                });
+            }
+        };
+        self.previous = Some(*sample);
+        let step = match previous.filter(|_| is_gap) {
+            None => Step {
+                stamp: sample.stamp,
+                increment: Increment::from_averages(interval_s, &sample.angular_rate, &sample.specific_force),
+                bridged: None,
+            },
+            // Over a hole the rates are taken half way between its ends, and as uncertain as half their difference.
+            Some(p) => Step {
+                stamp: sample.stamp,
+                increment: Increment::from_averages(
+                    interval_s,
+                    &(0.5 * (p.angular_rate + sample.angular_rate)),
+                    &(0.5 * (p.specific_force + sample.specific_force)),
+                ),
+                bridged: Some([
+                    0.5 * interval_s * (p.angular_rate - sample.angular_rate).norm(),
+                    0.5 * interval_s * (p.specific_force - sample.specific_force).norm(),
+                ]),
+            },
+        };
+        match &mut self.stage {
+            Stage::Running(_) => Ok(self.advance(&step)),
+            Stage::Gathering(gathering) => {
+                gathering.coarse.ingest(&step.increment);
+                gathering.backlog.push(step);
+                gathering.gyroscope_noise += sample.angular_rate_variance * interval_s * interval_s;
+                gathering.accelerometer_noise += sample.specific_force_variance * interval_s * interval_s;
+                let seconds = gathering.coarse.seconds();
+                if self.position.is_some() && seconds >= self.settings.coarse_alignment_s {
+                    self.start_filter()?;
+                    return Ok(self.last.clone());
+                }
+                if seconds >= 2.0 * self.settings.coarse_alignment_s {
+                    // Still no position: gather afresh rather than without end.
+                    self.stage = Stage::Gathering(Box::default());
+                    self.start = Some(sample.stamp);
+                }
+                Ok(None)
+            }
+        }
+    }
+
+    /// Solves the coarse alignment and takes the filter over everything gathered.
+    fn start_filter(&mut self) -> Result<(), Error> {
+        let gathered = std::mem::replace(&mut self.stage, Stage::Gathering(Box::default()));
+        let (Stage::Gathering(gathering), Some(fix), Some(start)) = (gathered, self.position, self.start) else {
+            return Ok(());
+        };
+        self.start = self.clock.last();
+        let coarse = gathering
+            .coarse
+            .solve(fix.latitude, fix.height, self.settings.coarse_residual_limit_m_s)?;
+        self.start = Some(start);
+        let place = NavigationState {
+            attitude: coarse.at_start,
+            velocity: Vector3::zeros(),
+            latitude: fix.latitude,
+            longitude: fix.longitude,
+            height: fix.height,
+        };
+        let covariance = self.settings.prior.covariance(&place);
+        let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
+        let mut run = Run {
+            filter: ErrorFilter::new(place, covariance, noise, Loop::Open),
+            next_step: start.plus_nanos(seconds_to_nanos(self.settings.step_s)),
+            window: InnovationWindow::new(self.settings.window_updates, self.settings.window_false_alarm),
+            last_normalized: 0.0,
+            failures: 0,
+            reference_attitude: coarse.at_start,
+            turned: false,
+        };
+        let mut last_update = None;
+        for step in &gathering.backlog {
+            if self.run_step(&mut run, step) {
+                last_update = Some(step.stamp);
+            }
+        }
+        run.filter.close_loop();
+        run.reference_attitude = run.filter.navigation().attitude;
+        self.last = last_update.map(|stamp| self.estimate(&run, stamp));
+        self.stage = Stage::Running(Box::new(run));
+        Ok(())
+    }
+
+    /// One step of the running filter.
+    fn advance(&mut self, step: &Step) -> Option<Estimate> {
+        let Stage::Running(mut run) = std::mem::replace(&mut self.stage, Stage::Gathering(Box::default())) else {
+            return None;
+        };
+        let updated = self.run_step(&mut run, step);
+        if updated {
+            self.last = Some(self.estimate(&run, step.stamp));
+        }
+        self.stage = Stage::Running(run);
+        updated.then(|| self.last.clone()).flatten()
+    }
+
+    /// Propagates, and at the end of a covariance step updates. Says whether the step ended.
+    fn run_step(&mut self, run: &mut Run, step: &Step) -> bool {
+        if let Some([angle, velocity]) = step.bridged {
+            run.filter.bridge(angle, velocity);
+        }
+        run.filter.propagate(&step.increment);
+        let half_sample = seconds_to_nanos(0.5 * step.increment.interval_s);
+        let due = step.stamp.plus_nanos(half_sample) >= run.next_step;
+        let measurement = match self.settings.reference {
+            Reference::Moored { sigma_m_s } => due.then_some(VelocityMeasurement {
+                east_north: [0.0; 2],
+                sigma: [sigma_m_s; 2],
+            }),
+            Reference::Measured { .. } => self.velocity_at(step.stamp),
+        };
+        if !due && measurement.is_none() {
+            return false;
+        }
+        run.filter.step();
+        if let Some(measurement) = measurement {
+            let innovations = run.filter.update_velocity(&measurement);
+            run.last_normalized = innovations.iter().map(crate::estimation::kalman::Innovation::normalized_squared).sum();
+            run.window.push(run.last_normalized);
+            run.failures += u64::from(!run.window.passes());
+        } else {
+            self.report.missing_velocities += 1;
+        }
+        let period = seconds_to_nanos(self.settings.step_s);
+        while run.next_step <= step.stamp.plus_nanos(half_sample) {
+            run.next_step = run.next_step.plus_nanos(period);
+        }
+        run.turned |=
+            run.filter.navigation().attitude.angle_to(&run.reference_attitude) > self.settings.turn_rad;
+        true
+    }
+
+    /// The last velocity measurement at or before `stamp` that has not been used.
+    fn velocity_at(&mut self, stamp: Stamp) -> Option<VelocityMeasurement> {
+        let mut found = None;
+        while self.velocities.front().is_some_and(|(t, _)| *t <= stamp) {
+            found = self.velocities.pop_front().map(|(_, m)| m);
+        }
+        found
+    }
+
+    fn phase_of(&self, run: &Run) -> Phase {
+        let below = |sigma: &StateVector| sigma.iter().zip(&self.settings.thresholds.sigma).all(|(s, limit)| s <= limit);
+        if !run.window.passes() {
+            Phase::Inconsistent
+        } else if run.window.is_full() && run.turned && below(&run.filter.sigma()) {
+            Phase::Converged
+        } else if run.turned {
+            Phase::Calibrating
+        } else {
+            Phase::FineAlignment
+        }
+    }
+
+    fn estimate(&self, run: &Run, stamp: Stamp) -> Estimate {
+        let navigation = *run.filter.navigation();
+        let covariance: StateMatrix = *run.filter.covariance();
+        let table = self.settings.turntable.attitude(self.joints.angles_at(stamp));
+        Estimate {
+            stamp,
+            phase: self.phase_of(run),
+            vehicle: HeadingPitchRoll::from_attitude(&(navigation.attitude * table.inverse())),
+            navigation,
+            state: run.filter.state(),
+            covariance,
+            innovations: InnovationReport {
+                last: run.last_normalized,
+                window_mean: run.window.mean().unwrap_or(0.0),
+                window_bound: run.window.upper_mean(),
+                failures: run.failures,
+            },
+            samples: self.samples(),
+            duration_s: self.start.map_or(0.0, |start| stamp.seconds_since(start)),
+        }
+    }
+
+}
+
+impl Gathering {
+    /// Noise densities from the variances that came with the samples: density² = variance × interval.
+    fn noise(&self) -> NoiseDensity {
+        let seconds = self.coarse.seconds();
+        let density = |sum: &Vector3<f64>, default: &Vector3<f64>| {
+            Vector3::from_fn(|i, _| if sum[i] > 0.0 { (sum[i] / seconds).sqrt() } else { default[i] })
+        };
+        let default = default_noise();
+        NoiseDensity {
+            gyroscope: density(&self.gyroscope_noise, &default.gyroscope),
+            accelerometer: density(&self.accelerometer_noise, &default.accelerometer),
+        }
+    }
+}
