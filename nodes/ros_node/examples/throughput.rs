@@ -7,7 +7,9 @@
 
 use futures::{FutureExt, StreamExt};
 use ros2_client::qos::{History, Reliability, WhenFull};
-use ros2_client::{Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, QosProfile};
+use ros2_client::{
+    Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, QosProfile,
+};
 use rustdds::{DomainParticipantBuilder, Topic};
 use serde::{Deserialize, Serialize};
 use std::process::{Child, Command};
@@ -71,13 +73,19 @@ impl Settings {
     }
 
     fn joint_samples(&self) -> u64 {
-        if self.joint_every == 0 { 0 } else { self.samples.div_ceil(self.joint_every) }
+        if self.joint_every == 0 {
+            0
+        } else {
+            self.samples.div_ceil(self.joint_every)
+        }
     }
 
     fn qos(&self) -> QosProfile {
         QosProfile::publisher_default()
             .history(History::KeepLast { depth: self.depth })
-            .reliability(Reliability::Reliable { when_full: WhenFull::Wait(self.wait) })
+            .reliability(Reliability::Reliable {
+                when_full: WhenFull::Wait(self.wait),
+            })
     }
 }
 
@@ -88,33 +96,59 @@ fn node(name: &str) -> Node {
         .unwrap();
     Context::from_domain_participant(participant)
         .unwrap()
-        .new_node(NodeName::new("/", name).unwrap(), NodeOptions::new().enable_rosout(false))
+        .new_node(
+            NodeName::new("/", name).unwrap(),
+            NodeOptions::new().enable_rosout(false),
+        )
         .unwrap()
 }
 
 fn topics(node: &Node, qos: &QosProfile) -> (Topic, Topic) {
     let topic = |name, package, kind| {
-        node.create_topic(&Name::new("/", name).unwrap(), MessageTypeName::new(package, kind), qos).unwrap()
+        node.create_topic(
+            &Name::new("/", name).unwrap(),
+            MessageTypeName::new(package, kind),
+            qos,
+        )
+        .unwrap()
     };
-    (topic("imu", "sensor_msgs", "Imu"), topic("joints", "sensor_msgs", "JointState"))
+    (
+        topic("imu", "sensor_msgs", "Imu"),
+        topic("joints", "sensor_msgs", "JointState"),
+    )
 }
 
 /// Seconds of processor time and megabytes of memory this process has used.
 fn usage() -> (f64, f64) {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    let fields: Vec<&str> = stat
+        .rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .collect();
     let ticks: f64 = fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap();
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let kib = status.lines().find_map(|l| l.strip_prefix("VmHWM:")).unwrap();
-    (ticks / 100.0, kib.trim().trim_end_matches(" kB").parse::<f64>().unwrap() / 1024.0)
+    let kib = status
+        .lines()
+        .find_map(|l| l.strip_prefix("VmHWM:"))
+        .unwrap();
+    (
+        ticks / 100.0,
+        kib.trim().trim_end_matches(" kB").parse::<f64>().unwrap() / 1024.0,
+    )
 }
 
 fn publish(settings: &Settings) {
     let mut node = node("writer");
     let (imu_topic, joint_topic) = topics(&node, &settings.qos());
     let imu = node.create_publisher::<ImuLike>(&imu_topic, None).unwrap();
-    let joints = node.create_publisher::<JointLike>(&joint_topic, None).unwrap();
-    while node.subscription_count("/imu") < settings.readers || node.subscription_count("/joints") < settings.readers {
+    let joints = node
+        .create_publisher::<JointLike>(&joint_topic, None)
+        .unwrap();
+    while node.subscription_count("/imu") < settings.readers
+        || node.subscription_count("/joints") < settings.readers
+    {
         std::thread::sleep(Duration::from_millis(20));
     }
     std::thread::sleep(Duration::from_millis(500));
@@ -123,7 +157,11 @@ fn publish(settings: &Settings) {
     while k < settings.samples {
         let due = (start.elapsed().as_secs_f64() * settings.imu_per_second) as u64;
         while k < due.min(settings.samples) {
-            let header = Header { sec: k as i32, nanosec: 0, frame_id: "imu_link".into() };
+            let header = Header {
+                sec: k as i32,
+                nanosec: 0,
+                frame_id: "imu_link".into(),
+            };
             let before = Instant::now();
             if settings.joint_every > 0 && k % settings.joint_every == 0 {
                 let message = JointLike {
@@ -165,9 +203,16 @@ fn publish(settings: &Settings) {
 async fn read(settings: Settings, label: &str) {
     let mut node = node(&format!("reader_{label}"));
     let (imu_topic, joint_topic) = topics(&node, &settings.qos());
-    let imu = node.create_subscription::<ImuLike>(&imu_topic, Some(settings.qos())).unwrap();
-    let joints = node.create_subscription::<JointLike>(&joint_topic, Some(settings.qos())).unwrap();
-    let (mut imu, mut joints) = (std::pin::pin!(imu.async_stream()), std::pin::pin!(joints.async_stream()));
+    let imu = node
+        .create_subscription::<ImuLike>(&imu_topic, Some(settings.qos()))
+        .unwrap();
+    let joints = node
+        .create_subscription::<JointLike>(&joint_topic, Some(settings.qos()))
+        .unwrap();
+    let (mut imu, mut joints) = (
+        std::pin::pin!(imu.async_stream()),
+        std::pin::pin!(joints.async_stream()),
+    );
     let (mut imu_count, mut joint_count, mut gaps, mut wakeups) = (0_u64, 0_u64, 0_u64, 0_u64);
     let mut next = 0_i32;
     let mut begun: Option<(Instant, f64)> = None;
@@ -209,7 +254,9 @@ fn run(args: &[String]) {
     let settings = Settings::from_args(args);
     let me = std::env::current_exe().unwrap();
     let spawn = |mode: &str| -> Child { Command::new(&me).arg(mode).args(args).spawn().unwrap() };
-    let mut children: Vec<Child> = (0..settings.readers).map(|i| spawn(&format!("read{i}"))).collect();
+    let mut children: Vec<Child> = (0..settings.readers)
+        .map(|i| spawn(&format!("read{i}")))
+        .collect();
     children.push(spawn("publish"));
     for child in &mut children {
         child.wait().unwrap();
@@ -222,7 +269,11 @@ async fn main() {
     match args.first().map(String::as_str) {
         Some("run") => run(&args[1..]),
         Some("publish") => publish(&Settings::from_args(&args[1..])),
-        Some(reader) if reader.starts_with("read") => read(Settings::from_args(&args[1..]), &reader[4..]).await,
-        _ => println!("throughput run SAMPLES IMU_PER_SECOND JOINT_EVERY READERS DEPTH TICK_MS WAIT_MS"),
+        Some(reader) if reader.starts_with("read") => {
+            read(Settings::from_args(&args[1..]), &reader[4..]).await
+        }
+        _ => println!(
+            "throughput run SAMPLES IMU_PER_SECOND JOINT_EVERY READERS DEPTH TICK_MS WAIT_MS"
+        ),
     }
 }

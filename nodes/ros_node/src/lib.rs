@@ -1,1 +1,40 @@
-//! (being written)
+//! What every ROS 2 node has and ros2-client leaves out. (documentation follows)
+
+mod builder;
+mod clock;
+pub mod diagnostics;
+mod environment;
+mod error;
+mod graph;
+mod logging;
+mod names;
+mod node;
+mod parameter_file;
+mod parameters;
+mod publisher;
+mod qos;
+mod ros_args;
+mod run;
+mod service;
+mod shutdown;
+mod stream_monitor;
+mod subscription;
+mod yaml;
+
+pub use builder::NodeBuilder;
+pub use clock::Clock;
+pub use diagnostics::{Diagnostics, Level, Report};
+pub use environment::Environment;
+pub use error::{Error, Result};
+pub use logging::fatal;
+pub use names::{NameKind, NodeIdentity, RemapRule, RemapTarget};
+pub use node::Node;
+pub use parameters::{FromValue, Parameter, ParameterType, Parameters, USE_SIM_TIME, Value};
+pub use publisher::{Publisher, PublisherStatistics};
+pub use qos::{Qos, SENSOR_DEPTH};
+pub use ros_args::{LogLevelRule, RosArgs};
+pub use run::run;
+pub use service::{Client, RequestId, Service};
+pub use shutdown::Shutdown;
+pub use stream_monitor::StreamMonitor;
+pub use subscription::{Subscription, SubscriptionStatistics};

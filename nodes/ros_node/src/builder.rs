@@ -1,0 +1,195 @@
+//! From the declarations of a node and the command line to a node that can start.
+
+use std::fmt::Write;
+
+use crate::environment::Environment;
+use crate::error::{Error, Result};
+use crate::names::{NodeIdentity, remap_node};
+use crate::node::Node;
+use crate::parameters::{Parameter, Parameters};
+use crate::ros_args::RosArgs;
+
+/// Declares a node: its name, what it is for, its parameters.
+#[derive(Clone, Debug)]
+pub struct NodeBuilder {
+    name: String,
+    about: String,
+    parameters: Vec<Parameter>,
+    arguments_usage: Option<String>,
+}
+
+/// Everything that can be wrong before DDS comes in, checked.
+#[derive(Debug)]
+pub(crate) struct Startup {
+    pub(crate) identity: NodeIdentity,
+    pub(crate) original_name: String,
+    pub(crate) ros_args: RosArgs,
+    pub(crate) parameters: Parameters,
+    pub(crate) environment: Environment,
+}
+
+impl NodeBuilder {
+    /// A node of this name in the root namespace.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            about: String::new(),
+            parameters: Vec::new(),
+            arguments_usage: None,
+        }
+    }
+
+    /// What the node is for, one line for `--help`.
+    #[must_use]
+    pub fn about(mut self, about: &str) -> Self {
+        about.clone_into(&mut self.about);
+        self
+    }
+
+    /// Declares a parameter.
+    #[must_use]
+    pub fn parameter(mut self, parameter: Parameter) -> Self {
+        self.parameters.push(parameter);
+        self
+    }
+
+    /// Declares several.
+    #[must_use]
+    pub fn parameters(mut self, parameters: impl IntoIterator<Item = Parameter>) -> Self {
+        self.parameters.extend(parameters);
+        self
+    }
+
+    /// Lets arguments outside `--ros-args` through to [`Node::arguments`]; without this they are errors.
+    #[must_use]
+    pub fn accept_arguments(mut self, usage: &str) -> Self {
+        self.arguments_usage = Some(usage.to_owned());
+        self
+    }
+
+    /// Its declared name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Starts the node with these arguments (without the name of the program). To be called within a tokio runtime;
+    /// executables use [`crate::run`].
+    ///
+    /// # Errors
+    /// Whatever is wrong with arguments, parameters, environment or middleware.
+    pub fn start<I, S>(self, arguments: I) -> Result<Node>
+    where
+        I: IntoIterator<Item = S>,
+        S: Into<String>,
+    {
+        let startup = self.check(RosArgs::parse(arguments)?)?;
+        Node::start(startup)
+    }
+
+    pub(crate) fn check(self, ros_args: RosArgs) -> Result<Startup> {
+        if let (None, Some(unknown)) = (&self.arguments_usage, ros_args.others.first()) {
+            return Err(Error::Argument(format!(
+                "unknown argument '{unknown}'; parameters are given by --ros-args -p name:=value, --help lists them"
+            )));
+        }
+        let identity = remap_node("/", &self.name, &ros_args.remaps)?;
+        let overrides = ros_args.overrides(&identity, &self.name)?;
+        let parameters = Parameters::new(self.parameters, &overrides)?;
+        let environment = Environment::read()?;
+        Ok(Startup {
+            identity,
+            original_name: self.name,
+            ros_args,
+            parameters,
+            environment,
+        })
+    }
+
+    /// The text of `--help`.
+    pub fn usage(&self) -> String {
+        let arguments = self.arguments_usage.as_deref().unwrap_or("");
+        let mut text = format!(
+            "{}: {}\n\nUsage: {} {arguments}[--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] [--log-level LEVEL]]\n\nParameters:\n",
+            self.name, self.about, self.name
+        );
+        match Parameters::new(self.parameters.clone(), &[]) {
+            Ok(parameters) => {
+                for parameter in parameters.declarations() {
+                    writeln!(text, "{}", parameter.usage()).ok();
+                }
+            }
+            Err(error) => {
+                writeln!(text, "  {error}").ok();
+            }
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn builder() -> NodeBuilder {
+        NodeBuilder::new("n").about("test").parameter(
+            Parameter::new("rate", 100.0)
+                .unit("Hz")
+                .range(1.0, 400.0)
+                .describe("of samples"),
+        )
+    }
+
+    /// The usage tells name, default, range, unit and description of every parameter, the standard one too.
+    #[test]
+    fn usage_lists_parameters() {
+        let usage = builder().usage();
+        for part in [
+            "rate (default 100.0): double from 1.0 to 400.0 [Hz]",
+            "of samples",
+            "use_sim_time (default false)",
+        ] {
+            assert!(usage.contains(part), "{usage}");
+        }
+    }
+
+    /// An argument that nobody asked for is an error that names it.
+    #[test]
+    fn stray_arguments_are_errors() {
+        let arguments = || RosArgs::parse(["--frob"]).unwrap();
+        assert!(
+            builder()
+                .check(arguments())
+                .unwrap_err()
+                .to_string()
+                .contains("'--frob'")
+        );
+        assert_eq!(
+            builder()
+                .accept_arguments("[FILE] ")
+                .check(arguments())
+                .unwrap()
+                .ros_args
+                .others,
+            ["--frob"]
+        );
+    }
+
+    /// Remapped node names decide which parameters of a file are meant.
+    #[test]
+    fn remapped_name_selects_parameters() {
+        let arguments = RosArgs::parse([
+            "--ros-args",
+            "-r",
+            "__node:=m",
+            "-p",
+            "m:rate:=5",
+            "-p",
+            "x:rate:=7",
+        ])
+        .unwrap();
+        let startup = builder().check(arguments).unwrap();
+        assert_eq!(startup.identity.fully_qualified(), "/m");
+        assert_eq!(startup.parameters.get::<f64>("rate").unwrap(), 5.0);
+    }
+}

@@ -1,0 +1,241 @@
+//! `/diagnostics`: how the node is, part by part, once a second.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use rotary_sins_msgs::builtin_interfaces::Time;
+use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use rotary_sins_msgs::std_msgs::Header;
+
+use crate::clock::Clock;
+use crate::publisher::Publisher;
+
+/// Wall time between two reports.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// How a part of the node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Well.
+    Ok = 0,
+    /// A person should look.
+    Warn = 1,
+    /// It does not do its work.
+    Error = 2,
+    /// Nothing was heard of it.
+    Stale = 3,
+}
+
+/// What a task reports.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    level: Level,
+    message: String,
+    values: Vec<(String, String)>,
+}
+
+impl Report {
+    /// Level and one line.
+    pub fn new(level: Level, message: impl Into<String>) -> Self {
+        Self {
+            level,
+            message: message.into(),
+            values: Vec::new(),
+        }
+    }
+
+    /// All is well.
+    pub fn ok(message: impl Into<String>) -> Self {
+        Self::new(Level::Ok, message)
+    }
+
+    /// A person should look.
+    pub fn warn(message: impl Into<String>) -> Self {
+        Self::new(Level::Warn, message)
+    }
+
+    /// It does not do its work.
+    pub fn error(message: impl Into<String>) -> Self {
+        Self::new(Level::Error, message)
+    }
+
+    /// Nothing was heard.
+    pub fn stale(message: impl Into<String>) -> Self {
+        Self::new(Level::Stale, message)
+    }
+
+    /// Adds a value.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: impl fmt::Display) -> Self {
+        self.values.push((key.to_owned(), value.to_string()));
+        self
+    }
+
+    /// Raises the level and adds to the message, where this is worse than before.
+    #[must_use]
+    pub fn worsened(mut self, level: Level, message: &str) -> Self {
+        if level > self.level {
+            self.level = level;
+            self.message = message.to_owned();
+        }
+        self
+    }
+}
+
+type Check = Box<dyn FnMut() -> Report + Send>;
+
+struct Task {
+    name: String,
+    check: Check,
+    last: Option<Level>,
+}
+
+/// The tasks of a node. Clones share them.
+#[derive(Clone, Default)]
+pub struct Diagnostics {
+    shared: Arc<Mutex<Shared>>,
+}
+
+#[derive(Default)]
+struct Shared {
+    tasks: Vec<Task>,
+    hardware_id: String,
+}
+
+impl fmt::Debug for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Diagnostics")
+            .field("tasks", &self.lock().tasks.len())
+            .finish()
+    }
+}
+
+impl Diagnostics {
+    /// Adds a task; it is asked once a second, so it must not block.
+    pub fn add(&self, name: &str, check: impl FnMut() -> Report + Send + 'static) {
+        self.lock().tasks.push(Task {
+            name: name.to_owned(),
+            check: Box::new(check),
+            last: None,
+        });
+    }
+
+    /// Names the device that all tasks speak of.
+    pub fn set_hardware_id(&self, hardware_id: &str) {
+        hardware_id.clone_into(&mut self.lock().hardware_id);
+    }
+
+    /// Asks every task; a change of its level is logged, once.
+    pub(crate) fn check(&self, node: &str) -> Vec<DiagnosticStatus> {
+        let mut shared = self.lock();
+        let hardware_id = shared.hardware_id.clone();
+        let statuses = shared.tasks.iter_mut().map(|task| {
+            let report = (task.check)();
+            task.log_change(&report);
+            task.last = Some(report.level);
+            DiagnosticStatus {
+                level: report.level as u8,
+                name: format!("{node}: {}", task.name),
+                message: report.message,
+                hardware_id: hardware_id.clone(),
+                values: report
+                    .values
+                    .into_iter()
+                    .map(|(key, value)| KeyValue { key, value })
+                    .collect(),
+            }
+        });
+        statuses.collect()
+    }
+
+    /// Publishes until the task is stopped.
+    pub(crate) async fn run(
+        self,
+        node: String,
+        clock: Clock,
+        publisher: Publisher<DiagnosticArray>,
+    ) {
+        let mut period = tokio::time::interval(PERIOD);
+        period.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        period.tick().await;
+        loop {
+            period.tick().await;
+            let nanos = clock.now_nanos();
+            let stamp = Time {
+                sec: nanos.div_euclid(1_000_000_000) as i32,
+                nanosec: nanos.rem_euclid(1_000_000_000) as u32,
+            };
+            let header = Header {
+                stamp,
+                frame_id: String::new(),
+            };
+            publisher.publish(DiagnosticArray {
+                header,
+                status: self.check(&node),
+            });
+        }
+    }
+
+    // A check that panicked leaves the list as it was.
+    fn lock(&self) -> std::sync::MutexGuard<'_, Shared> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Task {
+    fn log_change(&self, report: &Report) {
+        let before = self.last.unwrap_or(Level::Ok);
+        if report.level == before {
+            return;
+        }
+        let (name, message) = (&self.name, &report.message);
+        match report.level {
+            Level::Ok => tracing::info!("{name}: {message}"),
+            Level::Warn | Level::Stale => tracing::warn!("{name}: {message}"),
+            Level::Error => tracing::error!("{name}: {message}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A report carries node, task, level and values in the form of diagnostic_updater.
+    #[test]
+    fn a_task_becomes_a_status() {
+        let diagnostics = Diagnostics::default();
+        diagnostics.set_hardware_id("rlg-1");
+        diagnostics.add("imu stream", || {
+            Report::ok("100 Hz")
+                .with("gaps", 3)
+                .worsened(Level::Warn, "3 gaps")
+        });
+        let status = &diagnostics.check("calibrator")[0];
+        assert_eq!(
+            (status.name.as_str(), status.level),
+            ("calibrator: imu stream", DiagnosticStatus::WARN)
+        );
+        assert_eq!(
+            (status.message.as_str(), status.hardware_id.as_str()),
+            ("3 gaps", "rlg-1")
+        );
+        assert_eq!(
+            (
+                status.values[0].key.as_str(),
+                status.values[0].value.as_str()
+            ),
+            ("gaps", "3")
+        );
+    }
+
+    /// What is only a warning does not hide an error.
+    #[test]
+    fn worsened_keeps_the_worst() {
+        assert_eq!(
+            Report::error("a").worsened(Level::Warn, "b"),
+            Report::error("a")
+        );
+    }
+}

@@ -1,0 +1,152 @@
+//! The environment variables of ROS 2 and the DDS participant made by them.
+
+use std::net::{IpAddr, Ipv4Addr};
+
+use rustdds::{DomainParticipant, DomainParticipantBuilder};
+
+use crate::error::{Error, Result};
+
+/// What the environment says about discovery.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Environment {
+    /// `ROS_DOMAIN_ID`, 0 by default.
+    pub domain_id: u16,
+    /// `ROS_LOCALHOST_ONLY=1` or `ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`.
+    pub localhost_only: bool,
+}
+
+/// Highest domain whose ports stay below 65536.
+const MAX_DOMAIN_ID: u16 = 232;
+
+impl Environment {
+    /// From the process's environment.
+    ///
+    /// # Errors
+    /// [`Error::Environment`] for a value that means nothing, and for the discovery range `OFF`, which RustDDS does
+    /// not have.
+    pub fn read() -> Result<Self> {
+        Self::from_lookup(|name| std::env::var(name).ok().filter(|value| !value.is_empty()))
+    }
+
+    fn from_lookup(lookup: impl Fn(&'static str) -> Option<String>) -> Result<Self> {
+        let bad = |name, value: &str, expected| Error::Environment {
+            name,
+            value: value.to_owned(),
+            expected,
+        };
+        let domain_id = match lookup("ROS_DOMAIN_ID") {
+            None => 0,
+            Some(value) => value
+                .trim()
+                .parse()
+                .ok()
+                .filter(|id| *id <= MAX_DOMAIN_ID)
+                .ok_or_else(|| bad("ROS_DOMAIN_ID", &value, "an integer from 0 to 232"))?,
+        };
+        let localhost_only = match lookup("ROS_LOCALHOST_ONLY").as_deref() {
+            None | Some("0") => false,
+            Some("1") => true,
+            Some(value) => return Err(bad("ROS_LOCALHOST_ONLY", value, "0 or 1")),
+        };
+        let range = lookup("ROS_AUTOMATIC_DISCOVERY_RANGE");
+        // As rcl has it: the older variable goes before the newer one where it is set.
+        let localhost_only = match range.as_deref() {
+            _ if localhost_only => true,
+            None | Some("SUBNET" | "SYSTEM_DEFAULT") => false,
+            Some("LOCALHOST") => true,
+            Some(value) => {
+                return Err(bad(
+                    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                    value,
+                    "SUBNET, LOCALHOST or SYSTEM_DEFAULT",
+                ));
+            }
+        };
+        Ok(Self {
+            domain_id,
+            localhost_only,
+        })
+    }
+
+    /// The participant of this process.
+    ///
+    /// # Errors
+    /// [`Error::Create`] where the middleware has no socket or no port to itself.
+    pub(crate) fn participant(self) -> Result<DomainParticipant> {
+        let builder = DomainParticipantBuilder::new(self.domain_id);
+        let builder = if self.localhost_only {
+            builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)])
+        } else {
+            builder
+        };
+        builder.build().map_err(|error| Error::Create {
+            what: format!("the DDS participant in domain {}", self.domain_id),
+            reason: error.to_string(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn with(variables: &[(&str, &str)]) -> Result<Environment> {
+        let variables: Vec<(String, String)> = variables
+            .iter()
+            .map(|(k, v)| ((*k).to_owned(), (*v).to_owned()))
+            .collect();
+        Environment::from_lookup(|name| {
+            variables
+                .iter()
+                .find(|(k, _)| k == name)
+                .map(|(_, v)| v.clone())
+        })
+    }
+
+    /// Nothing set is domain 0 on the subnet.
+    #[test]
+    fn defaults() {
+        assert_eq!(
+            with(&[]).unwrap(),
+            Environment {
+                domain_id: 0,
+                localhost_only: false
+            }
+        );
+    }
+
+    /// Either variable keeps the node on this host.
+    #[test]
+    fn localhost_by_either_variable() {
+        assert!(with(&[("ROS_LOCALHOST_ONLY", "1")]).unwrap().localhost_only);
+        assert!(
+            with(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")])
+                .unwrap()
+                .localhost_only
+        );
+        assert!(
+            !with(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")])
+                .unwrap()
+                .localhost_only
+        );
+    }
+
+    /// A value without meaning is an error that names the variable.
+    #[test]
+    fn nonsense_is_an_error() {
+        for (name, value) in [
+            ("ROS_DOMAIN_ID", "300"),
+            ("ROS_DOMAIN_ID", "x"),
+            ("ROS_LOCALHOST_ONLY", "yes"),
+            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
+        ] {
+            assert!(
+                with(&[(name, value)])
+                    .unwrap_err()
+                    .to_string()
+                    .contains(name)
+            );
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Parameter files with the layout of rcl: node names, wildcards and namespaces, `ros__parameters`, nested keys.
+//!
+//! ```yaml
+//! /**:                       # every node
+//!   ros__parameters:
+//!     use_sim_time: true
+//! /ship:                     # a namespace
+//!   self_calibrator:
+//!     ros__parameters:
+//!       thresholds:          # becomes thresholds.azimuth_arcmin
+//!         azimuth_arcmin: 1.0
+//! ```
+//!
+//! A node name without a leading slash stands in the root namespace. `*` is one part of a name, `**` any number.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::yaml::Yaml;
+
+const PARAMETERS: &str = "ros__parameters";
+
+/// The parameters that the file has for the node, in order of the file, keys joined by dots.
+///
+/// # Errors
+/// [`Error::ParameterFile`] where it cannot be read or a part is neither node, namespace nor `ros__parameters`.
+pub(crate) fn read(path: &Path, node: &str) -> Result<Vec<(String, Yaml)>> {
+    let bad = |reason: String| Error::ParameterFile {
+        path: path.to_owned(),
+        reason,
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| bad(error.to_string()))?;
+    let mut found = Vec::new();
+    match Yaml::parse(&text).map_err(bad)? {
+        Yaml::Null => {}
+        Yaml::Mapping(entries) => walk("", &entries, node, &mut found).map_err(bad)?,
+        _ => return Err(bad("expected a mapping of node names".to_owned())),
+    }
+    Ok(found)
+}
+
+/// Goes down through namespaces and nodes until `ros__parameters`.
+fn walk(
+    name: &str,
+    entries: &[(String, Yaml)],
+    node: &str,
+    found: &mut Vec<(String, Yaml)>,
+) -> Result<(), String> {
+    for (key, value) in entries {
+        if key == PARAMETERS {
+            if name.is_empty() {
+                return Err(format!("{PARAMETERS} stands outside a node name"));
+            }
+            match value {
+                Yaml::Mapping(parameters) if matches(name, node) => flatten("", parameters, found),
+                Yaml::Mapping(_) | Yaml::Null => {}
+                _ => {
+                    return Err(format!(
+                        "{name}: {PARAMETERS} is {value}, expected a mapping"
+                    ));
+                }
+            }
+        } else {
+            let below = format!("{name}/{}", key.trim_matches('/'));
+            match value {
+                Yaml::Mapping(inner) => walk(&below, inner, node, found)?,
+                Yaml::Null => {}
+                _ => {
+                    return Err(format!(
+                        "{below} is {value}, expected {PARAMETERS} below a node name"
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn flatten(prefix: &str, parameters: &[(String, Yaml)], found: &mut Vec<(String, Yaml)>) {
+    for (key, value) in parameters {
+        let name = if prefix.is_empty() {
+            key.clone()
+        } else {
+            format!("{prefix}.{key}")
+        };
+        match value {
+            Yaml::Mapping(inner) => flatten(&name, inner, found),
+            value => found.push((name, value.clone())),
+        }
+    }
+}
+
+/// Whether a pattern of a file is for the node of this full name.
+fn matches(pattern: &str, node: &str) -> bool {
+    fn rest(pattern: &[&str], node: &[&str]) -> bool {
+        match (pattern, node) {
+            ([], []) => true,
+            (["**", more @ ..], _) => {
+                rest(more, node) || (!node.is_empty() && rest(pattern, &node[1..]))
+            }
+            (["*", more @ ..], [_, others @ ..]) => rest(more, others),
+            ([token, more @ ..], [name, others @ ..]) => token == name && rest(more, others),
+            _ => false,
+        }
+    }
+    let tokens = |name: &str| -> Vec<String> {
+        name.split('/')
+            .filter(|t| !t.is_empty())
+            .map(str::to_owned)
+            .collect()
+    };
+    let (pattern, node) = (tokens(pattern), tokens(node));
+    rest(
+        &pattern.iter().map(String::as_str).collect::<Vec<_>>(),
+        &node.iter().map(String::as_str).collect::<Vec<_>>(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A file in the temporary directory that goes away with the test.
+    struct TextFile(std::path::PathBuf);
+
+    impl TextFile {
+        fn new(text: &str) -> Self {
+            use std::sync::atomic::{AtomicU32, Ordering};
+            static NEXT: AtomicU32 = AtomicU32::new(0);
+            let name = format!(
+                "ros_node_{}_{}.yaml",
+                std::process::id(),
+                NEXT.fetch_add(1, Ordering::Relaxed)
+            );
+            let path = std::env::temp_dir().join(name);
+            std::fs::write(&path, text).unwrap();
+            Self(path)
+        }
+    }
+
+    impl Drop for TextFile {
+        fn drop(&mut self) {
+            std::fs::remove_file(&self.0).ok();
+        }
+    }
+
+    fn names(text: &str, node: &str) -> Result<Vec<String>> {
+        let file = TextFile::new(text);
+        Ok(read(&file.0, node)?
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect())
+    }
+
+    /// Wildcards are those of rcl: one part, or any number of parts.
+    #[test]
+    fn patterns_match_as_in_rcl() {
+        for (pattern, node, expected) in [
+            ("/**", "/n", true),
+            ("/**", "/a/b/n", true),
+            ("/*", "/n", true),
+            ("/*", "/a/n", false),
+            ("/a/*", "/a/n", true),
+            ("/**/n", "/a/b/n", true),
+            ("/**/n", "/n", true),
+            ("n", "/n", true),
+            ("n", "/a/n", false),
+            ("/a/n", "/a/n", true),
+        ] {
+            assert_eq!(matches(pattern, node), expected, "{pattern} {node}");
+        }
+    }
+
+    /// Namespaces nest, keys are joined by dots, other nodes' parameters are left alone.
+    #[test]
+    fn nested_namespaces_and_keys() {
+        let text = "/**:\n  ros__parameters:\n    use_sim_time: true\n/ship:\n  n:\n    ros__parameters:\n      a:\n        b: 1\n        c: [1.0]\nother:\n  ros__parameters:\n    z: 1\n";
+        assert_eq!(
+            names(text, "/ship/n").unwrap(),
+            ["use_sim_time", "a.b", "a.c"]
+        );
+        assert_eq!(names(text, "/n").unwrap(), ["use_sim_time"]);
+    }
+
+    /// Broken files are refused with a reason, not skipped.
+    #[test]
+    fn broken_files_are_errors() {
+        for text in [
+            "n: 3\n",
+            "- a\n",
+            "ros__parameters:\n  a: 1\n",
+            "n:\n  ros__parameters: 4\n",
+            "a: [1\n",
+        ] {
+            let error = names(text, "/n").unwrap_err().to_string();
+            assert!(
+                error.starts_with("parameter file ") && !error.contains('\n'),
+                "{error}"
+            );
+        }
+        assert!(read(Path::new("/nowhere.yaml"), "/n").is_err());
+    }
+}

@@ -1,0 +1,309 @@
+//! The declared parameters with their values.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::error::{Error, Result};
+use crate::ros_args::Override;
+
+use super::declaration::Parameter;
+use super::value::{FromValue, Value};
+
+/// Name of the standard parameter that makes a node live in the time of `/clock`.
+pub const USE_SIM_TIME: &str = "use_sim_time";
+
+/// All parameters of a node.
+#[derive(Debug)]
+pub struct Parameters {
+    declared: BTreeMap<String, Parameter>,
+    values: Mutex<BTreeMap<String, Value>>,
+}
+
+impl Parameters {
+    /// The declarations, and `use_sim_time`, with the values given on the command line and in files.
+    ///
+    /// # Errors
+    /// [`Error::UnknownParameter`] and [`Error::ParameterValue`], naming key, value and origin.
+    pub(crate) fn new(declarations: Vec<Parameter>, overrides: &[Override]) -> Result<Self> {
+        let mut declared: BTreeMap<_, _> = declarations
+            .into_iter()
+            .map(|p| (p.name.clone(), p))
+            .collect();
+        declared.entry(USE_SIM_TIME.to_owned()).or_insert_with(|| {
+            Parameter::new(USE_SIM_TIME, false)
+                .describe("take the time from /clock instead of the system")
+        });
+        let mut values: BTreeMap<_, _> = declared
+            .iter()
+            .map(|(name, p)| (name.clone(), p.default.clone()))
+            .collect();
+        for Override {
+            name,
+            value,
+            origin,
+        } in overrides
+        {
+            let Some(parameter) = declared.get(name) else {
+                return Err(Error::UnknownParameter {
+                    name: name.clone(),
+                    origin: origin.clone(),
+                    hint: hint(name, declared.keys()),
+                });
+            };
+            let wrong = |expected| Error::ParameterValue {
+                name: name.clone(),
+                origin: origin.clone(),
+                value: value.to_string(),
+                expected,
+            };
+            let typed = Value::from_yaml(value, parameter.kind())
+                .ok_or_else(|| wrong(parameter.expected()))?;
+            parameter.check(&typed).map_err(wrong)?;
+            values.insert(name.clone(), typed);
+        }
+        Ok(Self {
+            declared,
+            values: Mutex::new(values),
+        })
+    }
+
+    /// The value of a parameter.
+    ///
+    /// # Errors
+    /// [`Error::NotDeclared`] where the node has not declared it, or as another type: a fault of the program.
+    pub fn get<T: FromValue>(&self, name: &str) -> Result<T> {
+        self.values()
+            .get(name)
+            .and_then(T::from_value)
+            .ok_or_else(|| Error::NotDeclared {
+                name: name.to_owned(),
+                expected: T::EXPECTED,
+            })
+    }
+
+    /// The value, whatever its type.
+    pub fn value(&self, name: &str) -> Option<Value> {
+        self.values().get(name).cloned()
+    }
+
+    /// All declarations in order of their names.
+    pub fn declarations(&self) -> impl Iterator<Item = &Parameter> {
+        self.declared.values()
+    }
+
+    /// The declaration of one.
+    pub(crate) fn declaration(&self, name: &str) -> Option<&Parameter> {
+        self.declared.get(name)
+    }
+
+    /// Checks all, then sets all or none. The error is the reason, for the one who asked.
+    pub(crate) fn set(&self, changes: &[(String, Option<Value>)]) -> Result<(), String> {
+        for (name, value) in changes {
+            let parameter = self.declared.get(name).ok_or_else(|| {
+                format!(
+                    "unknown parameter '{name}'; {}",
+                    hint(name, self.declared.keys())
+                )
+            })?;
+            if parameter.read_only {
+                return Err(format!(
+                    "parameter '{name}' is read-only: it is read when the node starts"
+                ));
+            }
+            match value {
+                Some(value) => parameter.check(value).map_err(|expected| {
+                    format!("parameter '{name}' is {value}, expected {expected}")
+                })?,
+                None => {
+                    return Err(format!(
+                        "parameter '{name}' cannot be unset, expected {}",
+                        parameter.expected()
+                    ));
+                }
+            }
+        }
+        let mut values = self.values();
+        for (name, value) in changes {
+            if let Some(value) = value {
+                values.insert(name.clone(), value.clone());
+            }
+        }
+        Ok(())
+    }
+
+    // A panic elsewhere while the lock was held leaves whole values behind: insertions are single steps.
+    fn values(&self) -> MutexGuard<'_, BTreeMap<String, Value>> {
+        self.values.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Near matches, or everything there is.
+fn hint<'a>(name: &str, known: impl Iterator<Item = &'a String> + Clone) -> String {
+    let mut near: Vec<(usize, &String)> = known
+        .clone()
+        .map(|candidate| (distance(name, candidate), candidate))
+        .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 4)
+        .collect();
+    near.sort();
+    if near.is_empty() {
+        format!(
+            "known are {}",
+            known.map(String::as_str).collect::<Vec<_>>().join(", ")
+        )
+    } else {
+        let names: Vec<_> = near
+            .iter()
+            .take(3)
+            .map(|(_, name)| format!("'{name}'"))
+            .collect();
+        format!("did you mean {}?", names.join(" or "))
+    }
+}
+
+/// Levenshtein distance in characters.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::yaml::Yaml;
+
+    fn declared() -> Vec<Parameter> {
+        vec![
+            Parameter::new("rate", 100.0).unit("Hz").range(1.0, 400.0),
+            Parameter::new("axes", vec!["x", "y"])
+                .one_of(&["x", "y", "z"])
+                .length(2),
+            Parameter::new("seed", 1_i64).range(0.0, 1e9),
+            Parameter::new("gain", 1.0).range(0.0, 2.0).changeable(),
+        ]
+    }
+
+    fn with(name: &str, yaml: &str) -> Result<Parameters> {
+        let value = Yaml::parse(yaml).unwrap();
+        Parameters::new(
+            declared(),
+            &[Override {
+                name: name.into(),
+                value,
+                origin: "-p".into(),
+            }],
+        )
+    }
+
+    /// Defaults hold where nothing is given; an integer serves as a double; the later override wins.
+    #[test]
+    fn values_are_typed() {
+        assert_eq!(
+            with("rate", "200").unwrap().get::<f64>("rate").unwrap(),
+            200.0
+        );
+        assert_eq!(with("rate", "200").unwrap().get::<i64>("seed").unwrap(), 1);
+        let both = ["50.0", "60.0"].map(|v| Override {
+            name: "rate".into(),
+            value: Yaml::parse(v).unwrap(),
+            origin: "-p".into(),
+        });
+        assert_eq!(
+            Parameters::new(declared(), &both)
+                .unwrap()
+                .get::<f64>("rate")
+                .unwrap(),
+            60.0
+        );
+        assert!(
+            !with("rate", "1")
+                .unwrap()
+                .get::<bool>(USE_SIM_TIME)
+                .unwrap()
+        );
+        assert!(with("rate", "1").unwrap().get::<i64>("rate").is_err());
+    }
+
+    /// An unknown key is an error that names it and what was probably meant.
+    #[test]
+    fn unknown_keys_are_errors_with_near_matches() {
+        assert_eq!(
+            with("rat", "1").unwrap_err().to_string(),
+            "-p: unknown parameter 'rat'; did you mean 'rate'?"
+        );
+        let far = with("temperature", "1").unwrap_err().to_string();
+        assert!(
+            far.contains("known are axes, gain, rate, seed, use_sim_time"),
+            "{far}"
+        );
+    }
+
+    /// Wrong type, range, choice and length name key, value and what was expected.
+    #[test]
+    fn unusable_values_are_errors() {
+        for (name, yaml, told) in [
+            (
+                "rate",
+                "fast",
+                "-p: parameter 'rate' is 'fast', expected double from 1.0 to 400.0 [Hz]",
+            ),
+            (
+                "rate",
+                "0.5",
+                "-p: parameter 'rate' is 0.5, expected double from 1.0 to 400.0 [Hz]",
+            ),
+            (
+                "rate",
+                ".nan",
+                "-p: parameter 'rate' is NaN, expected double from 1.0 to 400.0 [Hz]",
+            ),
+            (
+                "seed",
+                "1.5",
+                "-p: parameter 'seed' is 1.5, expected integer from 0 to 1000000000",
+            ),
+            (
+                "axes",
+                "[x, w]",
+                "-p: parameter 'axes' is ['x', 'w'], expected array of string of 2 elements, one of x, y, z",
+            ),
+            (
+                "axes",
+                "[x]",
+                "-p: parameter 'axes' is ['x'], expected array of string of 2 elements, one of x, y, z",
+            ),
+        ] {
+            assert_eq!(with(name, yaml).unwrap_err().to_string(), told);
+        }
+    }
+
+    /// A read-only parameter refuses with its reason; an atomic set that fails changes nothing.
+    #[test]
+    fn sets_are_all_or_nothing() {
+        let parameters = with("rate", "10").unwrap();
+        let change = |name: &str, value: Value| (name.to_owned(), Some(value));
+        let refused = parameters
+            .set(&[change("gain", 1.5.into()), change("rate", 5.0.into())])
+            .unwrap_err();
+        assert!(refused.contains("'rate' is read-only"), "{refused}");
+        assert_eq!(parameters.get::<f64>("gain").unwrap(), 1.0);
+        parameters.set(&[change("gain", 1.5.into())]).unwrap();
+        assert_eq!(parameters.get::<f64>("gain").unwrap(), 1.5);
+        assert!(parameters.set(&[change("gain", 3.0.into())]).is_err());
+        assert!(
+            parameters
+                .set(&[change("gain", Value::Integer(1))])
+                .is_err()
+        );
+    }
+}

@@ -1,0 +1,162 @@
+//! The sending end of a topic.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use futures::FutureExt;
+use ros2_client::Message;
+use rustdds::GUID;
+
+use crate::graph::Graph;
+
+/// Publishes messages of one type on one topic. Clones share the same writer.
+///
+/// [`publish`](Self::publish) never waits: where the window of unacknowledged samples is full (a subscriber hangs or
+/// was killed), the message is dropped, counted and told in the diagnostics. A sender that runs faster than real
+/// time uses [`publish_within`](Self::publish_within), which waits for room: that is the back-pressure.
+#[derive(Debug)]
+pub struct Publisher<M: Message> {
+    shared: Arc<Shared<M>>,
+}
+
+impl<M: Message> Clone for Publisher<M> {
+    fn clone(&self) -> Self {
+        Self {
+            shared: Arc::clone(&self.shared),
+        }
+    }
+}
+
+struct Shared<M: Message> {
+    writer: ros2_client::Publisher<M>,
+    guid: GUID,
+    graph: Arc<Graph>,
+    statistics: Arc<PublisherStatistics>,
+}
+
+impl<M: Message> std::fmt::Debug for Shared<M> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Publisher")
+            .field("topic", &self.statistics.topic)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<M: Message> Drop for Shared<M> {
+    fn drop(&mut self) {
+        self.graph.forget(self.guid);
+    }
+}
+
+/// Counters of a publisher, shared with the diagnostics.
+#[derive(Debug, Default)]
+pub struct PublisherStatistics {
+    topic: String,
+    published: AtomicU64,
+    dropped: AtomicU64,
+    dropping: AtomicBool,
+}
+
+impl PublisherStatistics {
+    /// Absolute name of the topic.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Messages that the middleware took.
+    pub fn published(&self) -> u64 {
+        self.published.load(Ordering::Relaxed)
+    }
+
+    /// Messages that had no room.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}
+
+impl<M: Message> Publisher<M> {
+    pub(crate) fn new(writer: ros2_client::Publisher<M>, topic: &str, graph: Arc<Graph>) -> Self {
+        let guid = writer.guid();
+        graph.register(guid, topic, None);
+        let statistics = Arc::new(PublisherStatistics {
+            topic: topic.to_owned(),
+            ..Default::default()
+        });
+        Self {
+            shared: Arc::new(Shared {
+                writer,
+                guid,
+                graph,
+                statistics,
+            }),
+        }
+    }
+
+    /// Hands the message over without waiting; `false` where it was dropped, which is counted and logged here.
+    pub fn publish(&self, message: M) -> bool {
+        // The first poll either puts the sample into the window or finds it full; nothing is left behind.
+        let outcome = self.shared.writer.async_publish(message).now_or_never();
+        self.account(outcome.map(|result| result.map_err(|error| error.to_string())))
+    }
+
+    /// Waits up to `timeout` for room in the window; `false` where the message was dropped all the same.
+    pub async fn publish_within(&self, message: M, timeout: Duration) -> bool {
+        let outcome =
+            tokio::time::timeout(timeout, self.shared.writer.async_publish(message)).await;
+        self.account(
+            outcome
+                .ok()
+                .map(|result| result.map_err(|error| error.to_string())),
+        )
+    }
+
+    fn account(&self, outcome: Option<Result<(), String>>) -> bool {
+        let statistics = &self.shared.statistics;
+        let reason = match outcome {
+            Some(Ok(())) => {
+                statistics.published.fetch_add(1, Ordering::Relaxed);
+                if statistics.dropping.swap(false, Ordering::Relaxed) {
+                    tracing::info!(
+                        "{}: published again, {} dropped so far",
+                        statistics.topic,
+                        statistics.dropped()
+                    );
+                }
+                return true;
+            }
+            Some(Err(error)) => error,
+            None => {
+                "the window is full of samples that a subscriber does not acknowledge".to_owned()
+            }
+        };
+        statistics.dropped.fetch_add(1, Ordering::Relaxed);
+        if !statistics.dropping.swap(true, Ordering::Relaxed) {
+            tracing::warn!("{}: messages are dropped: {reason}", statistics.topic);
+        }
+        false
+    }
+
+    /// Number of matched subscribers.
+    pub fn subscriber_count(&self) -> usize {
+        self.shared.graph.matched(self.shared.guid)
+    }
+
+    /// Waits until at least `count` subscribers are matched; `false` where the time ran out.
+    pub async fn wait_for_subscribers(&self, count: usize, timeout: Duration) -> bool {
+        self.shared
+            .graph
+            .wait_for(self.shared.guid, count, timeout)
+            .await
+    }
+
+    /// Absolute name of the topic.
+    pub fn topic(&self) -> &str {
+        &self.shared.statistics.topic
+    }
+
+    /// The counters.
+    pub fn statistics(&self) -> Arc<PublisherStatistics> {
+        Arc::clone(&self.shared.statistics)
+    }
+}
