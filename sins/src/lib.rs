@@ -12,7 +12,10 @@ pub mod rotation;
 pub mod sampling;
 pub mod self_calibration;
 pub mod sensor_errors;
+pub mod stepper;
 pub mod strapdown;
+pub mod scheme;
+pub mod simulation;
 pub mod time;
 pub mod turntable;
 

@@ -29,8 +29,8 @@ use crate::estimation::filter::{ErrorFilter, Loop, VelocityMeasurement};
 use crate::imu::{ImuSample, NoiseDensity};
 use crate::joint_history::JointHistory;
 use crate::rotation::HeadingPitchRoll;
-use crate::sampling::{Interval, SampleClock};
-use crate::strapdown::{Increment, NavigationState};
+use crate::stepper::{Arrival, Step, Stepper};
+use crate::strapdown::NavigationState;
 use crate::time::{Stamp, seconds_to_nanos};
 use crate::turntable::JointSample;
 
@@ -43,15 +43,6 @@ pub struct PositionFix {
     pub longitude: f64,
     /// Height above the ellipsoid \[m\].
     pub height: f64,
-}
-
-/// One interval between samples, as the filter takes it.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    stamp: Stamp,
-    increment: Increment,
-    /// Uncertainty of angle \[rad\] and velocity \[m/s\] where the interval bridges a hole.
-    bridged: Option<[f64; 2]>,
 }
 
 /// The filter once it runs, with its own clock and test.
@@ -87,10 +78,9 @@ enum Stage {
 #[derive(Clone, Debug)]
 pub struct SelfCalibration {
     settings: Settings,
-    clock: SampleClock,
-    report: SampleReport,
+    stepper: Stepper,
+    missing_velocities: u64,
     start: Option<Stamp>,
-    previous: Option<ImuSample>,
     position: Option<PositionFix>,
     joints: JointHistory,
     velocities: VecDeque<(Stamp, VelocityMeasurement)>,
@@ -109,10 +99,9 @@ impl SelfCalibration {
         settings.check()?;
         Ok(Self {
             settings,
-            clock: SampleClock::default(),
-            report: SampleReport::default(),
+            stepper: Stepper::new(settings.restart_gap_s),
+            missing_velocities: 0,
             start: None,
-            previous: None,
             position: None,
             joints: JointHistory::default(),
             velocities: VecDeque::new(),
@@ -193,10 +182,6 @@ impl SelfCalibration {
     /// [`Error::NotFinite`] (the sample is left out and counted), [`Error::Alignment`] (coarse alignment failed; it has
     /// started anew). After an error the machine goes on with the next sample.
     pub fn ingest_imu(&mut self, sample: &ImuSample) -> Result<Option<Estimate>, Error> {
-        if !sample.is_finite() {
-            self.report.not_finite += 1;
-            return Err(Error::NotFinite { what: "angular velocity or linear acceleration", stamp: sample.stamp });
-        }
         let Reference::Measured { patience_s } = self.settings.reference else {
             return self.process(sample);
         };
@@ -261,7 +246,12 @@ impl SelfCalibration {
 
     /// What happened to the samples so far.
     pub fn samples(&self) -> SampleReport {
-        SampleReport { counts: self.clock.counts(), ..self.report }
+        SampleReport {
+            counts: self.stepper.counts(),
+            not_finite: self.stepper.not_finite(),
+            restarts: self.stepper.jumps(),
+            missing_velocities: self.missing_velocities,
+        }
     }
 
     /// The last estimate.
@@ -271,70 +261,40 @@ impl SelfCalibration {
 
     /// Forgets all that was estimated and gathered and starts anew with the next sample; counts and position stay.
     pub fn restart(&mut self) {
-        self.clock.restart();
+        self.stepper.restart();
         self.start = None;
-        self.previous = None;
         self.stage = Stage::Gathering(Box::default());
     }
 
     fn process(&mut self, sample: &ImuSample) -> Result<Option<Estimate>, Error> {
-        let before = self.clock.last();
-        let interval = self.clock.classify(sample.stamp);
-        let previous = self.previous;
-        let (interval_s, is_gap) = match interval {
-            Interval::Repeated => return Ok(None),
-            Interval::Backward(by) if by <= self.settings.restart_gap_s => return Ok(None),
-            Interval::First => {
+        let step = match self.stepper.take(sample)? {
+            Arrival::LeftOut => return Ok(None),
+            Arrival::Start => {
                 self.start = Some(sample.stamp);
-                self.previous = Some(*sample);
                 return Ok(None);
             }
-            Interval::Gap { interval_s, .. } if interval_s <= self.settings.restart_gap_s => (interval_s, true),
-            Interval::Regular(interval_s) => (interval_s, false),
-            Interval::Backward(_) | Interval::Gap { .. } => {
-                self.restart();
-                self.report.restarts += 1;
-                self.clock.classify(sample.stamp);
-                self.start = Some(sample.stamp);
-                self.previous = Some(*sample);
-                let from = before.map_or(0, Stamp::nanos);
+            Arrival::Jump { from, to } => {
+                self.start = Some(to);
+                self.stage = Stage::Gathering(Box::default());
                 return Err(Error::Alignment {
                     reason: format!(
-                        "stamps jumped from {from} ns to {} ns, more than {} s: alignment starts anew",
-                        sample.stamp.nanos(),
+                        "stamps jumped from {} ns to {} ns, more than {} s: alignment starts anew",
+                        from.nanos(),
+                        to.nanos(),
                         self.settings.restart_gap_s
                     ),
                 });
             }
-        };
-        self.previous = Some(*sample);
-        let step = match previous.filter(|_| is_gap) {
-            None => Step {
-                stamp: sample.stamp,
-                increment: Increment::from_averages(interval_s, &sample.angular_rate, &sample.specific_force),
-                bridged: None,
-            },
-            // Over a hole the rates are taken half way between its ends, and as uncertain as half their difference.
-            Some(p) => Step {
-                stamp: sample.stamp,
-                increment: Increment::from_averages(
-                    interval_s,
-                    &(0.5 * (p.angular_rate + sample.angular_rate)),
-                    &(0.5 * (p.specific_force + sample.specific_force)),
-                ),
-                bridged: Some([
-                    0.5 * interval_s * (p.angular_rate - sample.angular_rate).norm(),
-                    0.5 * interval_s * (p.specific_force - sample.specific_force).norm(),
-                ]),
-            },
+            Arrival::Step(step) => step,
         };
         match &mut self.stage {
             Stage::Running(_) => Ok(self.advance(&step)),
             Stage::Gathering(gathering) => {
                 gathering.coarse.ingest(&step.increment);
                 gathering.backlog.push(step);
-                gathering.gyroscope_noise += sample.angular_rate_variance * interval_s * interval_s;
-                gathering.accelerometer_noise += sample.specific_force_variance * interval_s * interval_s;
+                let weight = step.increment.interval_s.powi(2);
+                gathering.gyroscope_noise += sample.angular_rate_variance * weight;
+                gathering.accelerometer_noise += sample.specific_force_variance * weight;
                 let seconds = gathering.coarse.seconds();
                 if self.position.is_some() && seconds >= self.settings.coarse_alignment_s {
                     self.start_filter()?;
@@ -356,7 +316,7 @@ impl SelfCalibration {
         let (Stage::Gathering(gathering), Some(fix), Some(start)) = (gathered, self.position, self.start) else {
             return Ok(());
         };
-        self.start = self.clock.last();
+        self.start = self.stepper.last();
         let coarse = gathering
             .coarse
             .solve(fix.latitude, fix.height, self.settings.coarse_residual_limit_m_s)?;
@@ -430,7 +390,7 @@ impl SelfCalibration {
             run.window.push(run.last_normalized);
             run.failures += u64::from(!run.window.passes());
         } else {
-            self.report.missing_velocities += 1;
+            self.missing_velocities += 1;
         }
         let period = seconds_to_nanos(self.settings.step_s);
         while run.next_step <= step.stamp.plus_nanos(half_sample) {
