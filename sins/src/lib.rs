@@ -8,6 +8,7 @@ pub mod error;
 pub mod estimation;
 pub mod imu;
 pub mod joint_history;
+pub mod navigator;
 pub mod rotation;
 pub mod sampling;
 pub mod self_calibration;

@@ -1,0 +1,275 @@
+//! The error model of the simulated IMU.
+//!
+//! Deterministic errors are [`SensorErrors`]; white noise by density comes on top, with σ = density/√dt for one sample.
+
+use nalgebra::Vector3;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::{Stream, TruthSample, generator};
+use crate::earth::STANDARD_GRAVITY_M_S2;
+use crate::error::Error;
+use crate::imu::{ImuSample, NoiseDensity};
+use crate::sensor_errors::SensorErrors;
+
+/// One degree an hour \[rad/s\].
+const DEGREE_PER_HOUR: f64 = std::f64::consts::PI / 180.0 / 3600.0;
+/// One ug \[m/s²\].
+const MICRO_G: f64 = STANDARD_GRAVITY_M_S2 * 1e-6;
+
+/// The two readings of the paper's noise of '0.001 deg/h', which it gives without a bandwidth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NoiseReading {
+    /// 0.001 deg/√h and 10 ug/√Hz.
+    #[default]
+    D,
+    /// 0.001 deg/h/√Hz, which is 1.667e-5 deg/√h, and 10 ug/√Hz.
+    H,
+}
+
+impl NoiseReading {
+    /// The densities, the same on every axis.
+    pub fn density(self) -> NoiseDensity {
+        // 1 deg/√h = (π/180)/60 rad/√s; 1 deg/h/√Hz = (π/180)/3600 rad/√s.
+        let gyroscope = match self {
+            Self::D => 0.001 * 60.0 * DEGREE_PER_HOUR,
+            Self::H => 0.001 * DEGREE_PER_HOUR,
+        };
+        NoiseDensity {
+            gyroscope: Vector3::repeat(gyroscope),
+            accelerometer: Vector3::repeat(10.0 * MICRO_G),
+        }
+    }
+}
+
+/// What is wrong with the IMU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuErrorSettings {
+    /// Drift, bias, scale factors and installation angles.
+    pub errors: SensorErrors,
+    /// White noise.
+    pub noise: NoiseDensity,
+}
+
+impl Default for ImuErrorSettings {
+    /// Table 1 of the paper: 0.01 deg/h and 100 ug on every axis, no scale factors, no installation angles; noise read as D.
+    fn default() -> Self {
+        Self {
+            errors: SensorErrors::constant(
+                Vector3::repeat(0.01 * DEGREE_PER_HOUR),
+                Vector3::repeat(100.0 * MICRO_G),
+            ),
+            noise: NoiseReading::D.density(),
+        }
+    }
+}
+
+impl ImuErrorSettings {
+    /// An IMU without any error.
+    pub fn perfect() -> Self {
+        Self {
+            errors: SensorErrors::default(),
+            noise: NoiseDensity {
+                gyroscope: Vector3::zeros(),
+                accelerometer: Vector3::zeros(),
+            },
+        }
+    }
+
+    /// Checks that every number is finite, densities are not negative and K_a is lower triangular.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] naming the value.
+    pub fn validate(&self) -> Result<(), Error> {
+        let check = |name: &str, values: &[f64], good: fn(f64) -> bool, expected: &str| {
+            values
+                .iter()
+                .find(|v| !good(**v))
+                .map_or(Ok(()), |v| Err(Error::setting(name, v, expected)))
+        };
+        let finite = f64::is_finite;
+        check(
+            "gyroscope drift [rad/s]",
+            self.errors.gyroscope_drift.as_slice(),
+            finite,
+            "a finite number",
+        )?;
+        check(
+            "accelerometer bias [m/s²]",
+            self.errors.accelerometer_bias.as_slice(),
+            finite,
+            "a finite number",
+        )?;
+        check(
+            "gyroscope matrix K_g",
+            self.errors.gyroscope_matrix.as_slice(),
+            finite,
+            "a finite number",
+        )?;
+        check(
+            "accelerometer matrix K_a",
+            self.errors.accelerometer_matrix.as_slice(),
+            finite,
+            "a finite number",
+        )?;
+        let density = |v: f64| v.is_finite() && v >= 0.0;
+        check(
+            "angular random walk [rad/√s]",
+            self.noise.gyroscope.as_slice(),
+            density,
+            "0 or more",
+        )?;
+        check(
+            "velocity random walk [m/s/√s]",
+            self.noise.accelerometer.as_slice(),
+            density,
+            "0 or more",
+        )?;
+        let k = &self.errors.accelerometer_matrix;
+        check(
+            "accelerometer matrix K_a above its diagonal",
+            &[k.m12, k.m13, k.m23],
+            |v| v == 0.0,
+            "0",
+        )
+    }
+}
+
+/// Makes samples of a real IMU from the truth.
+#[derive(Clone, Debug)]
+pub struct ImuErrors {
+    settings: ImuErrorSettings,
+    generator: Xoshiro256PlusPlus,
+}
+
+impl ImuErrors {
+    /// An IMU with these errors and this seed of its noise.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] as [`ImuErrorSettings::validate`].
+    pub fn new(settings: ImuErrorSettings, seed: u64) -> Result<Self, Error> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            generator: generator(seed, Stream::Imu),
+        })
+    }
+
+    /// The errors it has.
+    pub fn settings(&self) -> &ImuErrorSettings {
+        &self.settings
+    }
+
+    /// What the IMU delivers for an interval. Variances are those of this one sample, density² / dt.
+    pub fn measure(&mut self, truth: &TruthSample) -> ImuSample {
+        let per_second = 1e9 / truth.interval_nanos as f64;
+        let root = per_second.sqrt();
+        let noise = self.settings.noise;
+        let gyroscope_noise = self.normals().component_mul(&noise.gyroscope) * root;
+        let accelerometer_noise = self.normals().component_mul(&noise.accelerometer) * root;
+        let (rate, force) = self
+            .settings
+            .errors
+            .corrupt(&truth.angular_rate, &truth.specific_force);
+        ImuSample {
+            stamp: truth.stamp,
+            angular_rate: rate + gyroscope_noise,
+            specific_force: force + accelerometer_noise,
+            angular_rate_variance: noise.gyroscope.map(|d| d * d * per_second),
+            specific_force_variance: noise.accelerometer.map(|d| d * d * per_second),
+        }
+    }
+
+    fn normals(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| StandardNormal.sample(&mut self.generator))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use nalgebra::Matrix3;
+
+    use crate::simulation::{Plant, PlantSettings};
+
+    /// Without noise the model is (I + K) times the truth plus the offset.
+    #[test]
+    fn model_is_the_written_one() {
+        let truth = Plant::new(PlantSettings::default()).unwrap().step();
+        let errors = SensorErrors {
+            gyroscope_matrix: Matrix3::from_row_slice(&[
+                1e-5, 2e-5, 3e-5, 4e-5, 5e-5, 6e-5, 7e-5, 8e-5, 9e-5,
+            ]),
+            accelerometer_matrix: Matrix3::from_row_slice(&[
+                1e-5, 0.0, 0.0, 4e-5, 5e-5, 0.0, 7e-5, 8e-5, 9e-5,
+            ]),
+            ..ImuErrorSettings::default().errors
+        };
+        let settings = ImuErrorSettings {
+            errors,
+            ..ImuErrorSettings::perfect()
+        };
+        let sample = ImuErrors::new(settings, 1).unwrap().measure(&truth);
+        let (w, f) = (truth.angular_rate, truth.specific_force);
+        let x = w.x + 1e-5 * w.x + 2e-5 * w.y + 3e-5 * w.z + 4.848_136_811_095_36e-8;
+        assert!((sample.angular_rate.x - x).abs() < 1e-20);
+        let z = f.z + 7e-5 * f.x + 8e-5 * f.y + 9e-5 * f.z + 9.806_65e-4;
+        assert!((sample.specific_force.z - z).abs() < 1e-14);
+    }
+
+    /// The spread of many samples is the density over √dt, which the variance fields say too.
+    #[test]
+    fn spread_is_density_over_root_dt() {
+        for rate_hz in [10.0, 400.0] {
+            let mut plant = Plant::new(PlantSettings {
+                imu_rate_hz: rate_hz,
+                ..PlantSettings::default()
+            })
+            .unwrap();
+            let mut imu = ImuErrors::new(ImuErrorSettings::default(), 7).unwrap();
+            let (mut gyroscope, mut accelerometer, n) = (0.0, 0.0, 20_000);
+            let mut variances = (0.0, 0.0);
+            for _ in 0..n {
+                let truth = plant.step();
+                let sample = imu.measure(&truth);
+                gyroscope +=
+                    (sample.angular_rate.y - truth.angular_rate.y - 4.848_136_811e-8).powi(2);
+                accelerometer +=
+                    (sample.specific_force.x - truth.specific_force.x - 9.806_65e-4).powi(2);
+                variances = (
+                    sample.angular_rate_variance.y,
+                    sample.specific_force_variance.x,
+                );
+            }
+            // 0.001 deg/√h is 2.9089e-7 rad/√s; 10 ug/√Hz is 9.80665e-5 m/s/√s.
+            let (gyroscope, accelerometer) =
+                (gyroscope / f64::from(n), accelerometer / f64::from(n));
+            assert!((gyroscope / (2.908_882e-7_f64.powi(2) * rate_hz) - 1.0).abs() < 0.05);
+            assert!((accelerometer / (9.806_65e-5_f64.powi(2) * rate_hz) - 1.0).abs() < 0.05);
+            assert!((variances.0 / gyroscope - 1.0).abs() < 0.05);
+            assert!((variances.1 / accelerometer - 1.0).abs() < 0.05);
+        }
+    }
+
+    /// The same seed gives the same samples to the last bit, another one does not.
+    #[test]
+    fn seed_decides() {
+        let truth = Plant::new(PlantSettings::default()).unwrap().step();
+        let sample = |seed| {
+            ImuErrors::new(ImuErrorSettings::default(), seed)
+                .unwrap()
+                .measure(&truth)
+        };
+        assert_eq!(sample(3), sample(3));
+        assert_ne!(sample(3), sample(4));
+    }
+
+    /// A matrix that would turn the block's own axes is refused.
+    #[test]
+    fn upper_triangle_of_k_a_is_refused() {
+        let mut settings = ImuErrorSettings::default();
+        settings.errors.accelerometer_matrix.m12 = 1e-6;
+        assert!(ImuErrors::new(settings, 0).is_err());
+    }
+}
