@@ -8,6 +8,7 @@ pub mod error;
 pub mod estimation;
 pub mod imu;
 pub mod joint_history;
+pub mod monte_carlo;
 pub mod navigator;
 pub mod rotation;
 pub mod sampling;
@@ -19,6 +20,7 @@ pub mod scheme;
 pub mod simulation;
 pub mod time;
 pub mod turntable;
+pub mod units;
 
 pub use error::Error;
 pub use time::Stamp;

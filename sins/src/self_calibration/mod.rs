@@ -17,9 +17,9 @@ use std::collections::VecDeque;
 
 pub use estimate::{Calibration, Estimate, InnovationReport, Phase, SampleReport};
 use nalgebra::{UnitQuaternion, Vector3};
-pub use settings::{
-    ARC_MINUTE, ARC_SECOND, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, Reference, Settings, Thresholds, default_noise,
-};
+pub use settings::{Reference, Settings, Thresholds, default_noise};
+// TEMPORARY until the nodes take them from units:
+pub use crate::units::{ARC_MINUTE, ARC_SECOND, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 use crate::coarse_alignment::CoarseAlignment;
 use crate::error::Error;
@@ -117,11 +117,11 @@ impl SelfCalibration {
         &self.settings
     }
 
-    /// Takes a position. The first one counts; the ship lies at her mooring.
+    /// A position that can be aligned at, or what is wrong with it.
     ///
     /// # Errors
     /// [`Error::Setting`] where a coordinate is not finite or off the globe.
-    pub fn ingest_position(&mut self, fix: PositionFix) -> Result<(), Error> {
+    pub fn check_position(fix: PositionFix) -> Result<PositionFix, Error> {
         if fix.latitude.is_nan() || fix.latitude.abs() > 89.5f64.to_radians() {
             return Err(Error::setting(
                 "latitude of the fix in degrees",
@@ -136,7 +136,16 @@ impl SelfCalibration {
                 "finite numbers, longitude within a turn",
             ));
         }
-        self.position.get_or_insert(fix);
+        Ok(fix)
+    }
+
+    /// Takes a position. The first one counts; the ship lies at her mooring.
+    ///
+    /// # Errors
+    /// As [`Self::check_position`].
+    pub fn ingest_position(&mut self, fix: PositionFix) -> Result<(), Error> {
+        let checked = Self::check_position(fix)?;
+        self.position.get_or_insert(checked);
         Ok(())
     }
 

@@ -2,23 +2,12 @@
 
 use nalgebra::Vector3;
 
-use crate::earth::STANDARD_GRAVITY_M_S2;
 use crate::error::Error;
 use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATES};
 use crate::estimation::filter::InitialUncertainty;
 use crate::imu::NoiseDensity;
 use crate::turntable::Turntable;
-
-/// One degree per hour \[rad/s\].
-pub const DEG_PER_HOUR: f64 = std::f64::consts::PI / 180.0 / 3600.0;
-/// One degree per square root of an hour \[rad/√s\].
-pub const DEG_PER_SQRT_HOUR: f64 = std::f64::consts::PI / 180.0 / 60.0;
-/// One micro-g \[m/s²\]; also ug/√Hz in m/s/√s.
-pub const MICRO_G: f64 = STANDARD_GRAVITY_M_S2 * 1e-6;
-/// One arc-minute \[rad\].
-pub const ARC_MINUTE: f64 = std::f64::consts::PI / 180.0 / 60.0;
-/// One arc-second \[rad\].
-pub const ARC_SECOND: f64 = ARC_MINUTE / 60.0;
+use crate::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// Where the velocity error is measured against.
 #[derive(Clone, Copy, Debug, PartialEq)]
