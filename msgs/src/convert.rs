@@ -2,15 +2,17 @@
 
 use nalgebra::{Quaternion as RawQuaternion, UnitQuaternion, Vector3};
 use sins::{
+    estimation::filter::VelocityMeasurement,
     imu::ImuSample,
+    self_calibration::PositionFix,
     time::{NANOS_PER_SECOND, Stamp},
     turntable::{JOINT_NAMES, JointSample, Trajectory, TrajectoryPoint},
 };
 
 use crate::{
     builtin_interfaces::{Duration, Time},
-    geometry_msgs,
-    sensor_msgs::{Imu, JointState},
+    geometry_msgs::{self, TwistWithCovarianceStamped},
+    sensor_msgs::{Imu, JointState, NavSatFix, NavSatStatus},
     std_msgs::Header,
     trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
 };
@@ -229,6 +231,31 @@ impl From<&JointSample> for JointState {
             position: sample.position.to_vec(),
             velocity: sample.velocity.to_vec(),
             effort: Vec::new(),
+        }
+    }
+}
+
+impl NavSatFix {
+    /// The position in radians and metres; `None` where the receiver had none (a status below `STATUS_FIX`, or not a number).
+    pub fn position(&self) -> Option<PositionFix> {
+        let fix = PositionFix {
+            latitude: self.latitude.to_radians(),
+            longitude: self.longitude.to_radians(),
+            height: self.altitude,
+        };
+        let is_finite =
+            fix.latitude.is_finite() && fix.longitude.is_finite() && fix.height.is_finite();
+        (is_finite && self.status.status >= NavSatStatus::STATUS_FIX).then_some(fix)
+    }
+}
+
+impl TwistWithCovarianceStamped {
+    /// Velocity over ground, East and North, with its one-sigma from the covariance.
+    pub fn velocity_measurement(&self) -> VelocityMeasurement {
+        let twist = &self.twist;
+        VelocityMeasurement {
+            east_north: [twist.twist.linear.x, twist.twist.linear.y],
+            sigma: [twist.covariance[0].sqrt(), twist.covariance[7].sqrt()],
         }
     }
 }

@@ -1,0 +1,153 @@
+//! The sensors of a bag as one stream of samples in the order of log time.
+
+use rotary_sins_msgs::{
+    RosMessage,
+    sensor_msgs::{Imu, JointState, NavSatFix},
+};
+use sins::{imu::ImuSample, self_calibration::PositionFix, time::Stamp, turntable::JointSample};
+
+use crate::{
+    bag::Bag,
+    cdr,
+    error::{Error, Warning},
+    messages::{Messages, Selection},
+    samples,
+};
+
+/// A position with its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fix {
+    /// When.
+    pub stamp: Stamp,
+    /// Where; `None` where the receiver had none.
+    pub position: Option<PositionFix>,
+}
+
+/// One message of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sample {
+    /// Of the inertial measurement unit.
+    Imu(ImuSample),
+    /// Of the turntable's encoders.
+    Joints(JointSample),
+    /// Of the satellite receiver.
+    Fix(Fix),
+}
+
+/// Which topics, and which part of the bag.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorOptions {
+    /// Topic of the Imu; else `/imu/data_raw`, else the only one of its type.
+    pub imu_topic: Option<String>,
+    /// Topic of the joints; else `/turntable/joint_states`, else the only one of its type, else none.
+    pub joints_topic: Option<String>,
+    /// Topic of the position; else `/fix`, else the only one of its type, else none.
+    pub fix_topic: Option<String>,
+    /// Begin so long after the first message \[s\].
+    pub start_offset: Option<f64>,
+    /// Read so much \[s\].
+    pub duration: Option<f64>,
+}
+
+/// Reads samples one by one.
+pub struct SensorStream<'b> {
+    bag: &'b Bag,
+    messages: Messages<'b>,
+    imu: usize,
+    joints: Option<usize>,
+    fix: Option<usize>,
+    read: [u64; 3],
+}
+
+impl<'b> SensorStream<'b> {
+    /// Finds the topics.
+    ///
+    /// # Errors
+    /// [`Error::MissingTopic`] without an Imu, or without a topic that was asked for by name.
+    pub fn new(bag: &'b Bag, options: &SensorOptions) -> Result<Self, Error> {
+        let imu = bag.find_topic(
+            Imu::TYPE_NAME,
+            "/imu/data_raw",
+            options.imu_topic.as_deref(),
+        )?;
+        let optional = |type_name, usual, wanted: Option<&str>| match bag
+            .find_topic(type_name, usual, wanted)
+        {
+            Err(error) if wanted.is_some() => Err(error),
+            found => Ok(found.ok()),
+        };
+        let joints = optional(
+            JointState::TYPE_NAME,
+            "/turntable/joint_states",
+            options.joints_topic.as_deref(),
+        )?;
+        let fix = optional(NavSatFix::TYPE_NAME, "/fix", options.fix_topic.as_deref())?;
+        let topics: Vec<usize> = [Some(imu), joints, fix].into_iter().flatten().collect();
+        let selection =
+            Selection::topics(topics).window(bag, options.start_offset, options.duration);
+        let messages = bag.messages(&selection);
+        Ok(Self {
+            bag,
+            messages,
+            imu,
+            joints,
+            fix,
+            read: [0; 3],
+        })
+    }
+
+    /// Number of the Imu's topic in the bag.
+    pub fn imu_topic(&self) -> usize {
+        self.imu
+    }
+
+    /// Number of the joints' topic, where there is one.
+    pub fn joints_topic(&self) -> Option<usize> {
+        self.joints
+    }
+
+    /// Number of the position's topic, where there is one.
+    pub fn fix_topic(&self) -> Option<usize> {
+        self.fix
+    }
+
+    /// What could not be read so far.
+    pub fn warnings(&self) -> &[Warning] {
+        self.messages.warnings()
+    }
+
+    /// The next sample; `None` at the end.
+    ///
+    /// # Errors
+    /// [`Error::Message`] where a message does not hold what its type says. The stream can be read on.
+    #[allow(
+        clippy::should_implement_trait,
+        reason = "an Iterator of Results invites to stop at the first error unseen"
+    )]
+    pub fn next(&mut self) -> Result<Option<Sample>, Error> {
+        let Some(message) = self.messages.next() else {
+            return Ok(None);
+        };
+        let topic = message.topic;
+        let (slot, sample) = if topic == self.imu {
+            (0, samples::imu(message.data).map(Sample::Imu))
+        } else if Some(topic) == self.joints {
+            (1, samples::joints(message.data).map(Sample::Joints))
+        } else {
+            (2, fix(message.data).map(Sample::Fix))
+        };
+        let index = self.read[slot];
+        self.read[slot] += 1;
+        sample
+            .map(Some)
+            .map_err(|reason| self.bag.message_error(topic, index, reason))
+    }
+}
+
+fn fix(payload: &[u8]) -> Result<Fix, String> {
+    let message: NavSatFix = cdr::decode(payload)?;
+    Ok(Fix {
+        stamp: message.header.stamp.into(),
+        position: message.position(),
+    })
+}
