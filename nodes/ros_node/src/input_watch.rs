@@ -1,0 +1,159 @@
+//! Watches one input topic: what came, what was refused and why, and whether it has fallen silent.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::time::{Duration, Instant};
+
+use crate::diagnostics::{Level, Report};
+
+/// Counters of one input of a node. What is refused is logged once for each kind of reason and counted after that.
+#[derive(Clone, Debug)]
+pub struct InputWatch {
+    topic: String,
+    patience: Duration,
+    required: bool,
+    since: Instant,
+    last_arrival: Option<Instant>,
+    received: u64,
+    refused: BTreeMap<&'static str, u64>,
+}
+
+impl InputWatch {
+    /// An input that the node cannot work without; silent for longer than `patience` is a warning, for longer than
+    /// three times that an error. Silence is measured in the system's time: it is about arrival.
+    pub fn required(topic: &str, patience: Duration) -> Self {
+        Self {
+            topic: topic.to_owned(),
+            patience,
+            required: true,
+            since: Instant::now(),
+            last_arrival: None,
+            received: 0,
+            refused: BTreeMap::new(),
+        }
+    }
+
+    /// An input that may be absent: only one that came and then fell silent is a warning.
+    pub fn optional(topic: &str, patience: Duration) -> Self {
+        Self {
+            required: false,
+            ..Self::required(topic, patience)
+        }
+    }
+
+    /// Counts messages that arrived now.
+    pub fn arrived(&mut self, messages: usize) {
+        self.received += messages as u64;
+        self.last_arrival = Some(Instant::now());
+    }
+
+    /// Counts a message that cannot be used; the first of its `kind` is logged with its reason.
+    pub fn refuse(&mut self, kind: &'static str, reason: impl Display) {
+        let count = self.refused.entry(kind).or_default();
+        *count += 1;
+        if *count == 1 {
+            tracing::warn!(
+                "{}: {reason}; the message is left out (said once)",
+                self.topic
+            );
+        }
+    }
+
+    /// Messages that arrived.
+    pub fn received(&self) -> u64 {
+        self.received
+    }
+
+    /// Messages that could not be used.
+    pub fn refused(&self) -> u64 {
+        self.refused.values().sum()
+    }
+
+    /// Whether nothing has come for longer than the patience.
+    pub fn is_silent(&self) -> bool {
+        self.silent_for(Instant::now()) > self.patience
+    }
+
+    fn silent_for(&self, now: Instant) -> Duration {
+        now.saturating_duration_since(self.last_arrival.unwrap_or(self.since))
+    }
+
+    /// How the input is.
+    pub fn report(&self) -> Report {
+        self.report_at(Instant::now())
+    }
+
+    fn report_at(&self, now: Instant) -> Report {
+        let silent = self.silent_for(now);
+        let mut report = Report::ok(format!("{}: {} messages", self.topic, self.received))
+            .with("received", self.received);
+        for (kind, count) in &self.refused {
+            report = report
+                .worsened(
+                    Level::Warn,
+                    &format!("{}: messages refused, {kind}", self.topic),
+                )
+                .with(&format!("refused, {kind}"), count);
+        }
+        if silent > self.patience && (self.required || self.last_arrival.is_some()) {
+            let level = if self.required && silent > 3 * self.patience {
+                Level::Error
+            } else {
+                Level::Warn
+            };
+            let text = format!("no {} for {:.0} s", self.topic, silent.as_secs_f64());
+            report = report
+                .worsened(level, &text)
+                .with("silent [s]", format!("{:.1}", silent.as_secs_f64()));
+        }
+        report
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PATIENCE: Duration = Duration::from_secs(3);
+
+    /// A required input that is silent is first a warning, then an error.
+    #[test]
+    fn silence_grows_worse() {
+        let watch = InputWatch::required("imu/data_raw", PATIENCE);
+        let after = |seconds| watch.report_at(watch.since + Duration::from_secs(seconds));
+        assert_eq!(
+            after(2),
+            Report::ok("imu/data_raw: 0 messages").with("received", 0)
+        );
+        assert_eq!(
+            after(4),
+            Report::warn("no imu/data_raw for 4 s")
+                .with("received", 0)
+                .with("silent [s]", "4.0")
+        );
+        assert_eq!(
+            after(10),
+            Report::error("no imu/data_raw for 10 s")
+                .with("received", 0)
+                .with("silent [s]", "10.0")
+        );
+    }
+
+    /// An optional input that never came is no fault.
+    #[test]
+    fn optional_may_be_absent() {
+        let watch = InputWatch::optional("fix", PATIENCE);
+        let report = watch.report_at(watch.since + Duration::from_secs(100));
+        assert_eq!(report, Report::ok("fix: 0 messages").with("received", 0));
+    }
+
+    /// Refused messages are counted by kind.
+    #[test]
+    fn refusals_are_counted() {
+        let mut watch = InputWatch::required("fix", PATIENCE);
+        watch.refuse("no fix", "status -1");
+        watch.refuse("no fix", "status -1");
+        watch.refuse("not finite", "latitude NaN");
+        assert_eq!(watch.refused(), 3);
+    }
+}

@@ -1,0 +1,427 @@
+//! The machine with its inputs and outputs as messages. No DDS in here: what the node task receives is put in, what comes
+//! out is to be published.
+
+use std::time::Duration;
+
+use ros_node::{InputWatch, Level, Report, StreamMonitor};
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::std_srvs::TriggerResponse;
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+use sins::imu::ImuSample;
+use sins::self_calibration::{Estimate, Phase, Reference, SelfCalibration, Settings};
+use sins::stamp_order::{InOrder, StampOrder};
+use sins::time::seconds_to_nanos;
+use sins::turntable::JointSample;
+use sins::{Error, Stamp};
+
+use crate::{phase, translation};
+
+/// Topics of the node, as they are named before remapping.
+pub mod topic {
+    /// Samples of the IMU.
+    pub const IMU: &str = "imu/data_raw";
+    /// Encoders of the table.
+    pub const JOINTS: &str = "turntable/joint_states";
+    /// Position of the ship.
+    pub const FIX: &str = "fix";
+    /// Velocity of the ship.
+    pub const VELOCITY: &str = "aiding/velocity";
+    /// Where the rotation scheme stands.
+    pub const SCHEME: &str = "scheme/status";
+    /// Estimates.
+    pub const ESTIMATE: &str = "self_calibration/estimate";
+    /// Calibrations.
+    pub const CALIBRATION: &str = "self_calibration/calibration";
+}
+
+/// What is to be published.
+#[derive(Debug, Default)]
+pub struct Output {
+    /// On [`topic::ESTIMATE`].
+    pub estimate: Option<SelfCalibrationEstimate>,
+    /// On [`topic::CALIBRATION`].
+    pub calibration: Option<Calibration>,
+}
+
+/// The inputs, watched.
+#[derive(Debug)]
+struct Inputs {
+    imu: InputWatch,
+    joints: InputWatch,
+    fix: InputWatch,
+    velocity: InputWatch,
+}
+
+/// Self-calibration between messages.
+#[derive(Debug)]
+pub struct Calibrator {
+    machine: SelfCalibration,
+    source: String,
+    inputs: Inputs,
+    imu_stamps: StreamMonitor,
+    /// Joint states that are ahead of the samples wait here; the samples never wait.
+    order: StampOrder,
+    frame_id: String,
+    /// The newest estimate of the running filter; none before it runs.
+    latest: Option<Estimate>,
+    phase: Phase,
+    /// Why the last alignment failed, until one succeeds.
+    problem: Option<String>,
+    noise_told: bool,
+    converged_published: bool,
+    scheme_state: u8,
+    /// The scheme has finished at this time; the calibration for it is due.
+    finish: Option<Stamp>,
+    next_progress: Option<Stamp>,
+}
+
+impl Calibrator {
+    /// Waits for its first sample. `source` is what the calibration messages name as their maker.
+    ///
+    /// # Errors
+    /// [`Error::Setting`].
+    pub fn new(settings: Settings, source: &str, silence: Duration) -> Result<Self, Error> {
+        let machine = SelfCalibration::new(settings)?;
+        Ok(Self {
+            phase: machine.phase(),
+            machine,
+            source: source.to_owned(),
+            inputs: Inputs {
+                imu: InputWatch::required(topic::IMU, silence),
+                joints: InputWatch::optional(topic::JOINTS, silence),
+                fix: InputWatch::required(topic::FIX, silence),
+                velocity: InputWatch::required(topic::VELOCITY, silence),
+            },
+            imu_stamps: StreamMonitor::default(),
+            order: StampOrder::new(0.0),
+            frame_id: "imu_link".to_owned(),
+            latest: None,
+            problem: None,
+            noise_told: false,
+            converged_published: false,
+            scheme_state: SchemeStatus::IDLE,
+            finish: None,
+            next_progress: None,
+        })
+    }
+
+    /// A position of the ship.
+    pub fn fix(&mut self, fix: &NavSatFix) {
+        self.inputs.fix.arrived(1);
+        if let Some((kind, reason)) = translation::refusal(fix) {
+            self.inputs.fix.refuse(kind, reason);
+        } else if let Some(position) = fix.position()
+            && let Err(error) = self.machine.ingest_position(position)
+        {
+            self.inputs.fix.refuse("off the globe", error);
+        }
+        self.follow_phase();
+    }
+
+    /// A reading of the joints.
+    pub fn joints(&mut self, joints: &JointState) {
+        self.inputs.joints.arrived(1);
+        match JointSample::try_from(joints) {
+            Ok(sample) => self.order.push_joints(sample),
+            Err(error) => self.inputs.joints.refuse("other joints", error),
+        }
+    }
+
+    /// A velocity of the ship.
+    pub fn velocity(&mut self, velocity: &TwistWithCovarianceStamped) {
+        self.inputs.velocity.arrived(1);
+        let measurement = velocity.velocity_measurement();
+        if let Err(error) = self
+            .machine
+            .ingest_velocity(velocity.header.stamp.into(), measurement)
+        {
+            self.inputs.velocity.refuse("unusable", error);
+        }
+    }
+
+    /// A sample. Says what it gives to publish.
+    pub fn imu(&mut self, imu: &Imu) -> Option<Output> {
+        self.inputs.imu.arrived(1);
+        let sample = match ImuSample::try_from(imu) {
+            Ok(sample) => sample,
+            Err(error) => {
+                self.inputs.imu.refuse("stamp", error);
+                return None;
+            }
+        };
+        self.imu_stamps.ingest(sample.stamp.nanos());
+        if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
+            self.frame_id.clone_from(&imu.header.frame_id);
+        }
+        self.tell_assumed_noise(&sample);
+        self.order.push_sample(sample);
+        while let Some(next) = self.order.next() {
+            if let InOrder::Joints(joints) = next
+                && let Err(error) = self.machine.ingest_joints(joints)
+            {
+                self.inputs.joints.refuse("not finite", error);
+            }
+        }
+        match self.machine.ingest_imu(&sample) {
+            Ok(Some(estimate)) => Some(self.take(estimate)),
+            Ok(None) => self.progress(sample.stamp),
+            Err(error @ Error::NotFinite { .. }) => {
+                self.inputs.imu.refuse("not finite", error);
+                None
+            }
+            Err(error) => {
+                tracing::error!("{}: {error}", topic::IMU);
+                self.problem = Some(error.to_string());
+                self.forget();
+                None
+            }
+        }
+    }
+
+    /// What the scheme reports. A calibration is due when it has finished and the samples have come as far.
+    pub fn scheme(&mut self, status: &SchemeStatus) -> Option<Calibration> {
+        let before = std::mem::replace(&mut self.scheme_state, status.state);
+        if status.state != SchemeStatus::FINISHED {
+            self.finish = None;
+            return None;
+        }
+        if before == SchemeStatus::FINISHED {
+            return None;
+        }
+        let end: Stamp = status.header.stamp.into();
+        let Some(latest) = &self.latest else {
+            tracing::info!("scheme {} is finished, but there is no estimate to publish", status.scheme);
+            return None;
+        };
+        if latest.stamp >= end {
+            return self.calibration("the scheme is finished");
+        }
+        self.finish = Some(end);
+        None
+    }
+
+    /// Called now and then: where the samples have ended before the end of the scheme, the last estimate has to do.
+    pub fn tick(&mut self) -> Option<Calibration> {
+        if self.finish.is_none() || !self.inputs.imu.is_silent() {
+            return None;
+        }
+        self.finish = None;
+        self.calibration("the scheme is finished and no more samples come")
+    }
+
+    /// Answers the request for a calibration.
+    pub fn publish_request(&mut self) -> (TriggerResponse, Option<Calibration>) {
+        match self.calibration("asked by service") {
+            Some(calibration) => (
+                TriggerResponse {
+                    success: true,
+                    message: format!("published, phase {}", self.phase.name()),
+                },
+                Some(calibration),
+            ),
+            None => (
+                TriggerResponse {
+                    success: false,
+                    message: format!(
+                        "no estimate yet: phase {}, {:.0} % of coarse alignment{}",
+                        self.phase.name(),
+                        100.0 * self.machine.coarse_progress(),
+                        self.problem
+                            .as_ref()
+                            .map_or_else(String::new, |problem| format!("; {problem}"))
+                    ),
+                },
+                None,
+            ),
+        }
+    }
+
+    /// Starts anew with the next sample.
+    pub fn reset(&mut self) -> TriggerResponse {
+        self.machine.restart();
+        self.forget();
+        self.problem = None;
+        tracing::info!("reset by service: alignment starts anew");
+        TriggerResponse {
+            success: true,
+            message: "alignment starts anew with the next sample".to_owned(),
+        }
+    }
+
+    fn take(&mut self, estimate: Estimate) -> Output {
+        self.problem = None;
+        self.latest = Some(estimate);
+        self.follow_phase();
+        let due = self
+            .finish
+            .take_if(|end| self.latest.as_ref().is_some_and(|e| e.stamp >= *end));
+        let calibration = if self.phase == Phase::Converged && !self.converged_published {
+            self.converged_published = true;
+            self.calibration("converged")
+        } else if due.is_some() {
+            self.calibration("the scheme is finished")
+        } else {
+            None
+        };
+        Output {
+            estimate: self
+                .latest
+                .as_ref()
+                .map(|estimate| translation::estimate(estimate, &self.frame_id)),
+            calibration,
+        }
+    }
+
+    /// An estimate without numbers, once per covariance step, while there is no filter yet.
+    fn progress(&mut self, stamp: Stamp) -> Option<Output> {
+        if self.latest.is_some() || self.next_progress.is_some_and(|next| stamp < next) {
+            return None;
+        }
+        let period = seconds_to_nanos(self.machine.settings().step_s);
+        self.next_progress = Some(stamp.plus_nanos(period));
+        self.follow_phase();
+        let estimate = translation::progress(
+            stamp,
+            self.phase,
+            self.machine.coarse_progress(),
+            &self.machine.samples(),
+            &self.frame_id,
+        );
+        Some(Output {
+            estimate: Some(estimate),
+            calibration: None,
+        })
+    }
+
+    fn calibration(&self, why: &str) -> Option<Calibration> {
+        let latest = self.latest.as_ref()?;
+        tracing::info!(
+            "calibration at {:.0} s, phase {}: {why}",
+            latest.duration_s,
+            latest.phase.name()
+        );
+        Some(translation::calibration(latest, &self.frame_id, &self.source))
+    }
+
+    fn forget(&mut self) {
+        self.latest = None;
+        self.converged_published = false;
+        self.finish = None;
+        self.next_progress = None;
+        self.follow_phase();
+    }
+
+    /// Logs a change of phase, once, with its reason.
+    fn follow_phase(&mut self) {
+        let now = self.machine.phase();
+        let before = std::mem::replace(&mut self.phase, now);
+        if before == now {
+            return;
+        }
+        let why = phase::reason(before, now, self.latest.as_ref(), self.machine.settings());
+        let (from, to) = (before.name(), now.name());
+        if now == Phase::Inconsistent {
+            tracing::warn!("phase {from} -> {to}: {why}");
+        } else {
+            tracing::info!("phase {from} -> {to}: {why}");
+        }
+    }
+
+    fn tell_assumed_noise(&mut self, sample: &ImuSample) {
+        if self.noise_told {
+            return;
+        }
+        self.noise_told = true;
+        let known = |v: &nalgebra::Vector3<f64>| v.iter().all(|x| *x > 0.0);
+        if self.machine.settings().noise.is_none()
+            && !(known(&sample.angular_rate_variance) && known(&sample.specific_force_variance))
+        {
+            tracing::warn!(
+                "{}: the covariances are not filled in; 0.001 deg/sqrt(h) and 10 ug/sqrt(Hz) are assumed (parameters \
+                 angle_random_walk_deg_per_sqrt_hour and velocity_random_walk_ug_per_sqrt_hz tell better)",
+                topic::IMU
+            );
+        }
+    }
+
+    /// How the samples come.
+    pub fn imu_report(&self) -> Report {
+        let samples = self.machine.samples();
+        let counts = samples.counts;
+        let mut report = self
+            .inputs
+            .imu
+            .report()
+            .with("rate [Hz]", format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)))
+            .with("samples", counts.samples)
+            .with("gaps", counts.gaps)
+            .with("lost", counts.lost)
+            .with("repeated", counts.repeated)
+            .with("backward", counts.backward)
+            .with("not finite", samples.not_finite)
+            .with("restarts", samples.restarts);
+        if counts.gaps > 0 {
+            let text = format!("{}: {} gaps, {} samples lost", topic::IMU, counts.gaps, counts.lost);
+            report = report.worsened(Level::Warn, &text);
+        }
+        report
+    }
+
+    /// How the joint states come.
+    pub fn joints_report(&self) -> Report {
+        self.inputs.joints.report()
+    }
+
+    /// How the position comes; once it is known, silence is no fault.
+    pub fn fix_report(&self) -> Report {
+        if self.phase == Phase::WaitingForPosition {
+            return self.inputs.fix.report();
+        }
+        quiet_report(&self.inputs.fix)
+    }
+
+    /// How the measured velocity comes, where it is asked for.
+    pub fn velocity_report(&self) -> Report {
+        let Reference::Measured { .. } = self.machine.settings().reference else {
+            return Report::ok("not asked for: the ship is moored");
+        };
+        let missing = self.machine.samples().missing_velocities;
+        self.inputs
+            .velocity
+            .report()
+            .with("missing velocities", missing)
+    }
+
+    /// Where self-calibration stands.
+    pub fn estimate_report(&self) -> Report {
+        let mut report = Report::ok(format!("phase {}", self.phase.name())).with("phase", self.phase.name());
+        if let Some(problem) = &self.problem {
+            report = report.worsened(Level::Error, problem);
+        }
+        let Some(latest) = &self.latest else {
+            return report.with("coarse alignment [%]", format!("{:.0}", 100.0 * self.machine.coarse_progress()));
+        };
+        let innovations = latest.innovations;
+        report = report
+            .with("duration [s]", format!("{:.3}", latest.duration_s))
+            .with("NIS", format!("{:.3}", innovations.last))
+            .with("NIS mean", format!("{:.4}", innovations.window_mean))
+            .with("NIS bound", format!("{:.4}", innovations.window_bound))
+            .with("NIS failures", innovations.failures);
+        if self.phase == Phase::Inconsistent {
+            let why = phase::reason(Phase::Calibrating, self.phase, Some(latest), self.machine.settings());
+            report = report.worsened(Level::Warn, &why);
+        }
+        report
+    }
+}
+
+/// How an input is whose silence is no fault.
+fn quiet_report(watch: &InputWatch) -> Report {
+    Report::ok(format!("{} messages", watch.received())).with("refused", watch.refused())
+}
+
+#[cfg(test)]
+#[path = "calibrator_tests.rs"]
+mod tests;

@@ -1,0 +1,166 @@
+#![allow(clippy::unwrap_used)]
+use nalgebra::Vector3;
+use rotary_sins_msgs::sensor_msgs::NavSatStatus;
+use rotary_sins_msgs::std_msgs::Header;
+use sins::earth::LocalEarth;
+
+use super::*;
+
+const INTERVAL_NANOS: i64 = 100_000_000;
+
+/// A calibrator that aligns for 20 s, for samples at 10 Hz.
+fn calibrator() -> Calibrator {
+    let settings = Settings {
+        coarse_alignment_s: 20.0,
+        coarse_alignment_min_s: 10.0,
+        ..Settings::default()
+    };
+    Calibrator::new(settings, "/test", Duration::from_millis(50)).unwrap()
+}
+
+fn fix(latitude: f64, status: i8) -> NavSatFix {
+    NavSatFix {
+        status: NavSatStatus { status, service: 0 },
+        latitude,
+        longitude: 126.6,
+        ..NavSatFix::default()
+    }
+}
+
+/// The sample with this number of a block at rest at latitude 45, heading 0.
+fn sample(number: i64) -> Imu {
+    let earth = LocalEarth::at(45f64.to_radians(), 0.0);
+    let sample = ImuSample {
+        stamp: Stamp::from_nanos(1_700_000_000_000_000_000 + number * INTERVAL_NANOS),
+        angular_rate: earth.earth_rate(),
+        specific_force: Vector3::z() * earth.gravity_m_s2,
+        angular_rate_variance: Vector3::repeat(1e-13),
+        specific_force_variance: Vector3::repeat(1e-7),
+    };
+    Imu::from_sample(&sample, "imu_link")
+}
+
+fn feed(calibrator: &mut Calibrator, numbers: std::ops::Range<i64>) -> Vec<Output> {
+    numbers
+        .filter_map(|number| calibrator.imu(&sample(number)))
+        .collect()
+}
+
+fn status(state: u8, number: i64) -> SchemeStatus {
+    SchemeStatus {
+        header: Header {
+            stamp: sample(number).header.stamp,
+            ..Header::default()
+        },
+        state,
+        ..SchemeStatus::default()
+    }
+}
+
+/// Before the filter runs the estimate tells the phase once a second; then it holds numbers, once a second.
+#[test]
+fn estimates_come_once_a_second() {
+    let mut calibrator = calibrator();
+    let waiting = feed(&mut calibrator, 0..100);
+    assert_eq!(waiting.len(), 10);
+    assert_eq!(
+        waiting[9].estimate.as_ref().unwrap().phase,
+        SelfCalibrationEstimate::WAITING_FOR_POSITION
+    );
+    calibrator.fix(&fix(45.0, 0));
+    let outputs = feed(&mut calibrator, 100..401);
+    let last = outputs.last().unwrap().estimate.as_ref().unwrap();
+    assert_eq!(
+        (last.phase, last.state.len(), last.covariance.len()),
+        (SelfCalibrationEstimate::FINE_ALIGNMENT, 13, 169)
+    );
+    assert_eq!((last.duration, last.gaps), (40.0, 0));
+    assert_eq!(outputs.len(), 31);
+    assert!(last.heading.to_degrees().min(360.0 - last.heading.to_degrees()) < 0.01);
+}
+
+/// A fix without a fix, and one that is not a number, leave the node waiting and are counted by kind.
+#[test]
+fn unusable_fixes_are_refused() {
+    let mut calibrator = calibrator();
+    for bad in [fix(45.0, -1), fix(45.0, -2), fix(f64::NAN, 0), fix(95.0, 0)] {
+        calibrator.fix(&bad);
+    }
+    assert_eq!(calibrator.inputs.fix.refused(), 4);
+    assert_eq!(calibrator.phase, Phase::WaitingForPosition);
+}
+
+/// A joint state without one of the joints is refused.
+#[test]
+fn a_missing_joint_is_refused() {
+    let mut calibrator = calibrator();
+    calibrator.joints(&JointState {
+        name: vec!["outer_joint".to_owned()],
+        position: vec![0.0],
+        ..JointState::default()
+    });
+    assert_eq!(calibrator.inputs.joints.refused(), 1);
+}
+
+/// A calibration can be had by service, but not before there is an estimate, and not after a reset.
+#[test]
+fn service_needs_an_estimate() {
+    let mut calibrator = calibrator();
+    calibrator.fix(&fix(45.0, 0));
+    feed(&mut calibrator, 0..100);
+    let (refused, nothing) = calibrator.publish_request();
+    assert!(!refused.success && nothing.is_none());
+    assert!(refused.message.contains("50 %"), "{}", refused.message);
+    feed(&mut calibrator, 100..301);
+    let (granted, calibration) = calibrator.publish_request();
+    assert!(granted.success);
+    let calibration = calibration.unwrap();
+    assert!(calibration.valid && !calibration.converged);
+    assert_eq!(calibration.latitude_deg, 45.0);
+    assert!(calibrator.reset().success);
+    assert!(!calibrator.publish_request().0.success);
+    feed(&mut calibrator, 301..600);
+    assert!(calibrator.publish_request().0.success);
+}
+
+/// The end of the scheme brings a calibration when the samples have come as far, once, whatever comes first.
+#[test]
+fn end_of_scheme_is_met_by_stamp() {
+    let mut calibrator = calibrator();
+    calibrator.fix(&fix(45.0, 0));
+    feed(&mut calibrator, 0..300);
+    assert!(calibrator.scheme(&status(SchemeStatus::DWELLING, 0)).is_none());
+    assert!(calibrator.scheme(&status(SchemeStatus::FINISHED, 350)).is_none());
+    assert!(calibrator.scheme(&status(SchemeStatus::FINISHED, 350)).is_none());
+    let outputs = feed(&mut calibrator, 300..400);
+    let published: Vec<_> = outputs.into_iter().filter_map(|o| o.calibration).collect();
+    assert_eq!(published.len(), 1);
+    assert_eq!(published[0].header.stamp, sample(350).header.stamp);
+}
+
+/// Where the samples end before the scheme, silence brings the calibration.
+#[test]
+fn end_of_samples_ends_the_scheme_too() {
+    let mut calibrator = calibrator();
+    calibrator.fix(&fix(45.0, 0));
+    feed(&mut calibrator, 0..300);
+    calibrator.scheme(&status(SchemeStatus::FINISHED, 305));
+    assert!(calibrator.tick().is_none());
+    std::thread::sleep(Duration::from_millis(60));
+    assert!(calibrator.tick().is_some());
+    assert!(calibrator.tick().is_none());
+}
+
+/// A hole in the stamps is in the estimate and in the diagnostics.
+#[test]
+fn gaps_are_told() {
+    let mut calibrator = calibrator();
+    calibrator.fix(&fix(45.0, 0));
+    feed(&mut calibrator, 0..250);
+    let outputs = feed(&mut calibrator, 253..300);
+    let last = outputs.last().unwrap().estimate.as_ref().unwrap();
+    assert_eq!((last.gaps, last.lost_samples), (1, 3));
+    assert!(last.message.contains("1 gaps, 3 samples lost"), "{}", last.message);
+    let report = format!("{:?}", calibrator.imu_report());
+    assert!(report.contains("1 gaps, 3 samples lost"), "{report}");
+}

@@ -1,0 +1,139 @@
+//! The node's task: takes messages from DDS as they come and publishes what they give.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use ros_node::{Node, Publisher, Qos, Report, Subscription};
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+use sins::self_calibration::Reference;
+
+use crate::calibrator::{Calibrator, Output, topic};
+use crate::parameters;
+
+/// Samples taken in one go, so that other inputs get their turn.
+const BATCH: usize = 512;
+/// How often the end of the samples is looked for.
+const TICK: Duration = Duration::from_millis(500);
+
+/// The calibrator, shared by the task, the services and the diagnostics.
+#[derive(Clone)]
+struct Shared(Arc<Mutex<Calibrator>>);
+
+impl Shared {
+    // A panic ends the node, so that a poisoned lock is never worked with for long.
+    fn lock(&self) -> MutexGuard<'_, Calibrator> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[derive(Clone)]
+struct Publishers {
+    estimate: Publisher<SelfCalibrationEstimate>,
+    calibration: Publisher<Calibration>,
+}
+
+impl Publishers {
+    fn publish(&self, output: Output) {
+        if let Some(estimate) = output.estimate {
+            self.estimate.publish(estimate);
+        }
+        self.publish_calibration(output.calibration);
+    }
+
+    fn publish_calibration(&self, calibration: Option<Calibration>) {
+        if let Some(calibration) = calibration {
+            self.calibration.publish(calibration);
+        }
+    }
+}
+
+/// Runs until the node is to end.
+///
+/// # Errors
+/// What the parameters or the middleware refuse.
+pub async fn main(node: Node) -> anyhow::Result<()> {
+    let settings = parameters::settings(node.parameters())?;
+    let silence = Duration::from_secs_f64(node.parameter("silence_s")?);
+    let calibrator = Calibrator::new(settings, &node.fully_qualified_name(), silence)?;
+    let shared = Shared(Arc::new(Mutex::new(calibrator)));
+    let publishers = Publishers {
+        estimate: node.publisher(topic::ESTIMATE, Qos::latched(100))?,
+        calibration: node.publisher(topic::CALIBRATION, Qos::latched(1))?,
+    };
+    let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
+    let mut joints: Subscription<JointState> = node.subscription(topic::JOINTS, Qos::sensor())?;
+    let mut scheme: Subscription<SchemeStatus> = node.subscription(topic::SCHEME, Qos::latched(10))?;
+    let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match settings.reference {
+        Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
+        Reference::Moored { .. } => None,
+    };
+    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::sensor())?;
+    serve(&node, &shared, &publishers)?;
+    watch(&node, &shared);
+    node.set_ready();
+    let mut ticks = tokio::time::interval(TICK);
+    loop {
+        // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
+        tokio::select! {
+            biased;
+            () = node.shutdown() => return Ok(()),
+            fix = fixes.recv() => shared.lock().fix(&fix),
+            batch = joints.recv_batch(BATCH) => {
+                let mut calibrator = shared.lock();
+                batch.iter().for_each(|message| calibrator.joints(message));
+            }
+            velocity = next(&mut velocities) => shared.lock().velocity(&velocity),
+            status = scheme.recv() => {
+                let calibration = shared.lock().scheme(&status);
+                publishers.publish_calibration(calibration);
+            }
+            batch = samples.recv_batch(BATCH) => {
+                let outputs: Vec<_> = {
+                    let mut calibrator = shared.lock();
+                    batch.iter().filter_map(|message| calibrator.imu(message)).collect()
+                };
+                outputs.into_iter().for_each(|output| publishers.publish(output));
+            }
+            _ = ticks.tick() => {
+                let calibration = shared.lock().tick();
+                publishers.publish_calibration(calibration);
+            }
+        }
+    }
+}
+
+/// The next message of a subscription that may not be there; never, where it is not.
+async fn next(subscription: &mut Option<Subscription<TwistWithCovarianceStamped>>) -> TwistWithCovarianceStamped {
+    match subscription {
+        Some(subscription) => subscription.recv().await,
+        None => std::future::pending().await,
+    }
+}
+
+fn serve(node: &Node, shared: &Shared, publishers: &Publishers) -> ros_node::Result<()> {
+    let (calibrator, publishers) = (shared.clone(), publishers.clone());
+    node.serve("~/publish_calibration", "std_srvs/srv/Trigger", move |_: TriggerRequest| -> TriggerResponse {
+        let (response, calibration) = calibrator.lock().publish_request();
+        publishers.publish_calibration(calibration);
+        response
+    })?;
+    let calibrator = shared.clone();
+    node.serve("~/reset", "std_srvs/srv/Trigger", move |_: TriggerRequest| -> TriggerResponse {
+        calibrator.lock().reset()
+    })
+}
+
+fn watch(node: &Node, shared: &Shared) {
+    let add = |name: &str, report: fn(&Calibrator) -> Report| {
+        let shared = shared.clone();
+        node.diagnostics().add(name, move || report(&shared.lock()));
+    };
+    add("imu samples", Calibrator::imu_report);
+    add("self-calibration", Calibrator::estimate_report);
+    add("joint states", Calibrator::joints_report);
+    add("position", Calibrator::fix_report);
+    add("velocity", Calibrator::velocity_report);
+}

@@ -1,0 +1,179 @@
+//! Results of the mathematics as messages.
+
+use nalgebra::Vector3;
+use rotary_sins_msgs::sensor_msgs::{NavSatFix, NavSatStatus};
+use rotary_sins_msgs::std_msgs::Header;
+use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
+use sins::estimation::error_state::{MISALIGNMENT, STATE_NAMES, StateMatrix};
+use sins::Stamp;
+use sins::self_calibration::{Estimate, Phase, SampleReport};
+use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
+
+/// Number of a phase in messages.
+pub const fn phase_number(phase: Phase) -> u8 {
+    match phase {
+        Phase::WaitingForPosition => SelfCalibrationEstimate::WAITING_FOR_POSITION,
+        Phase::CoarseAlignment => SelfCalibrationEstimate::COARSE_ALIGNMENT,
+        Phase::FineAlignment => SelfCalibrationEstimate::FINE_ALIGNMENT,
+        Phase::Calibrating => SelfCalibrationEstimate::CALIBRATING,
+        Phase::Converged => SelfCalibrationEstimate::CONVERGED,
+        Phase::Inconsistent => SelfCalibrationEstimate::INCONSISTENT,
+    }
+}
+
+/// The message of an estimate. Heading, pitch and roll are those of the block with both joints turned back to zero.
+pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate {
+    let sigma = estimate.sigma();
+    let vehicle_sigma = estimate.vehicle_sigma();
+    SelfCalibrationEstimate {
+        header: Header::new(estimate.stamp, frame_id),
+        phase: phase_number(estimate.phase),
+        phase_name: estimate.phase.name().to_owned(),
+        state_names: STATE_NAMES.map(str::to_owned).to_vec(),
+        state: estimate.state.as_slice().to_vec(),
+        covariance: row_major(&estimate.covariance),
+        std: sigma.as_slice().to_vec(),
+        gyroscope_drift: estimate.gyroscope_drift().into(),
+        gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
+        accelerometer_bias: estimate.accelerometer_bias().into(),
+        accelerometer_bias_std: estimate.accelerometer_bias_sigma().into(),
+        misalignment_std: estimate.misalignment_sigma().into(),
+        attitude: estimate.navigation.attitude.into(),
+        heading: estimate.vehicle.heading,
+        heading_std: vehicle_sigma.heading,
+        roll: estimate.vehicle.roll,
+        roll_std: vehicle_sigma.roll,
+        pitch: estimate.vehicle.pitch,
+        pitch_std: vehicle_sigma.pitch,
+        nis: estimate.innovations.last,
+        nis_window_mean: estimate.innovations.window_mean,
+        nis_upper_bound: estimate.innovations.window_bound,
+        samples: estimate.samples.counts.samples,
+        gaps: estimate.samples.counts.gaps,
+        lost_samples: estimate.samples.counts.lost,
+        duration: estimate.duration_s,
+        message: line(estimate),
+    }
+}
+
+/// What is known before the filter runs: the phase and how far it has come. Sigmas that are not known are -1.
+pub fn progress(
+    stamp: Stamp,
+    phase: Phase,
+    share: f64,
+    samples: &SampleReport,
+    frame_id: &str,
+) -> SelfCalibrationEstimate {
+    let unknown = [-1.0; 3];
+    SelfCalibrationEstimate {
+        header: Header::new(stamp, frame_id),
+        phase: phase_number(phase),
+        phase_name: phase.name().to_owned(),
+        gyroscope_drift_std: unknown,
+        accelerometer_bias_std: unknown,
+        misalignment_std: unknown,
+        heading_std: -1.0,
+        roll_std: -1.0,
+        pitch_std: -1.0,
+        samples: samples.counts.samples,
+        gaps: samples.counts.gaps,
+        lost_samples: samples.counts.lost,
+        message: format!("{}: {:.0} % of coarse alignment", phase.name().replace('_', " "), 100.0 * share),
+        ..SelfCalibrationEstimate::default()
+    }
+}
+
+/// The calibration that an estimate amounts to. `valid` once the filter runs and agrees with its samples.
+pub fn calibration(estimate: &Estimate, frame_id: &str, source: &str) -> Calibration {
+    let result = estimate.calibration();
+    let unknown = [-1.0; 9];
+    let misalignment = estimate
+        .covariance
+        .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+        .transpose();
+    let mut attitude_covariance = [0.0; 9];
+    attitude_covariance.copy_from_slice(misalignment.as_slice());
+    let mut message = Calibration {
+        header: Header::new(result.stamp, frame_id),
+        valid: result.phase != Phase::Inconsistent,
+        converged: result.phase == Phase::Converged,
+        gyroscope_drift: result.errors.gyroscope_drift.into(),
+        gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
+        accelerometer_bias: result.errors.accelerometer_bias.into(),
+        accelerometer_bias_std: estimate.accelerometer_bias_sigma().into(),
+        gyroscope_matrix_std: unknown,
+        accelerometer_matrix_std: unknown,
+        attitude: result.attitude.into(),
+        attitude_covariance,
+        latitude_deg: result.latitude.to_degrees(),
+        longitude_deg: result.longitude.to_degrees(),
+        height_m: result.height,
+        state_names: STATE_NAMES.map(str::to_owned).to_vec(),
+        covariance: row_major(&result.covariance),
+        phase: phase_number(result.phase),
+        nis_mean: estimate.innovations.window_mean,
+        samples: result.samples,
+        gaps: result.gaps,
+        duration: estimate.duration_s,
+        source: source.to_owned(),
+        ..Calibration::default()
+    };
+    message
+        .gyroscope_matrix
+        .copy_from_slice(result.errors.gyroscope_matrix.transpose().as_slice());
+    message
+        .accelerometer_matrix
+        .copy_from_slice(result.errors.accelerometer_matrix.transpose().as_slice());
+    message
+}
+
+/// Why a fix cannot be used: a kind to count by, and a line for a person. `None` where it can be.
+pub fn refusal(fix: &NavSatFix) -> Option<(&'static str, String)> {
+    if fix.status.status < NavSatStatus::STATUS_FIX {
+        return Some((
+            "no fix",
+            format!(
+                "status is {}, expected 0 or more (the receiver has no fix)",
+                fix.status.status
+            ),
+        ));
+    }
+    let values = [
+        ("latitude", fix.latitude),
+        ("longitude", fix.longitude),
+        ("altitude", fix.altitude),
+    ];
+    values
+        .iter()
+        .find(|(_, value)| !value.is_finite())
+        .map(|(name, value)| {
+            (
+                "not finite",
+                format!("{name} is {value}, expected a finite number"),
+            )
+        })
+}
+
+fn row_major(matrix: &StateMatrix) -> Vec<f64> {
+    matrix.transpose().as_slice().to_vec()
+}
+
+/// One line for a person: where it stands and how well the sensors are known.
+fn line(estimate: &Estimate) -> String {
+    let largest = |v: Vector3<f64>| v.max();
+    format!(
+        "{} at {:.0} s: 1 sigma at most {:.4} deg/h and {:.2} ug, azimuth {:.1} arcsec{}",
+        estimate.phase.name().replace('_', " "),
+        estimate.duration_s,
+        largest(estimate.gyroscope_drift_sigma()) / DEG_PER_HOUR,
+        largest(estimate.accelerometer_bias_sigma()) / MICRO_G,
+        estimate.misalignment_sigma().z / ARC_SECOND,
+        match estimate.samples.counts.gaps {
+            0 => String::new(),
+            gaps => format!(
+                "; {gaps} gaps, {} samples lost",
+                estimate.samples.counts.lost
+            ),
+        }
+    )
+}
