@@ -10,6 +10,8 @@
 pub mod builtin_interfaces;
 #[cfg(feature = "sins")]
 pub mod convert;
+#[cfg(feature = "sins")]
+mod convert_simulation;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;
 mod interfaces;

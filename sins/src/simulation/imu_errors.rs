@@ -7,15 +7,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Stream, TruthSample, generator};
-use crate::earth::STANDARD_GRAVITY_M_S2;
 use crate::error::Error;
 use crate::imu::{ImuSample, NoiseDensity};
 use crate::sensor_errors::SensorErrors;
-
-/// One degree an hour \[rad/s\].
-const DEGREE_PER_HOUR: f64 = std::f64::consts::PI / 180.0 / 3600.0;
-/// One ug \[m/s²\].
-const MICRO_G: f64 = STANDARD_GRAVITY_M_S2 * 1e-6;
+use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// The two readings of the paper's noise of '0.001 deg/h', which it gives without a bandwidth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,10 +25,10 @@ pub enum NoiseReading {
 impl NoiseReading {
     /// The densities, the same on every axis.
     pub fn density(self) -> NoiseDensity {
-        // 1 deg/√h = (π/180)/60 rad/√s; 1 deg/h/√Hz = (π/180)/3600 rad/√s.
+        // 1 deg/h/√Hz in rad/√s is the same number as 1 deg/h in rad/s.
         let gyroscope = match self {
-            Self::D => 0.001 * 60.0 * DEGREE_PER_HOUR,
-            Self::H => 0.001 * DEGREE_PER_HOUR,
+            Self::D => 0.001 * DEG_PER_SQRT_HOUR,
+            Self::H => 0.001 * DEG_PER_HOUR,
         };
         NoiseDensity {
             gyroscope: Vector3::repeat(gyroscope),
@@ -56,7 +51,7 @@ impl Default for ImuErrorSettings {
     fn default() -> Self {
         Self {
             errors: SensorErrors::constant(
-                Vector3::repeat(0.01 * DEGREE_PER_HOUR),
+                Vector3::repeat(0.01 * DEG_PER_HOUR),
                 Vector3::repeat(100.0 * MICRO_G),
             ),
             noise: NoiseReading::D.density(),

@@ -132,6 +132,14 @@ impl Plant {
         self.ship.attitude * self.settings.turntable.attitude(self.joints().position)
     }
 
+    /// Rate of the block over the ship, in b, now \[rad/s\].
+    pub fn block_rate(&self) -> Vector3<f64> {
+        let joints = self.joints();
+        self.settings
+            .turntable
+            .body_rate(joints.position, joints.velocity)
+    }
+
     /// Hands a trajectory to the table; see [`Table::command`].
     ///
     /// # Errors

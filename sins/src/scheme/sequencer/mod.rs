@@ -121,13 +121,17 @@ impl Sequencer {
         ) {
             return Err(self.refused("start"));
         }
+        self.begin();
+        Ok(())
+    }
+
+    fn begin(&mut self) {
         (self.cycle, self.step, self.departing) = (0, 0, (0, 0));
         self.dwell_nanos = self.program.dwell_nanos(0);
         self.delay_nanos = 0;
         self.begun = None;
         self.phase = Phase::Stilling { deadline: None };
         self.say(format!("{}: started", self.program.name));
-        Ok(())
     }
 
     /// Stops the table where it is, or stops the clock of the dwell. The command, if there is one, stops the table.
@@ -265,6 +269,8 @@ impl Sequencer {
         };
         let rotation = next.and_then(|(_, step)| self.program.step(step));
         Status {
+            stamp: now.unwrap_or_default(),
+            scheme: self.program.name.clone(),
             state,
             cycle,
             step,
@@ -474,9 +480,13 @@ impl Sequencer {
         ) {
             return None;
         }
-        Some(self.fault(format!(
-            "time of the joint states ran back by {seconds:.3} s"
-        )))
+        let reason = format!("time of the joint states ran back by {seconds:.3} s");
+        if self.settings.restart_when_time_runs_back {
+            self.say(reason);
+            self.begin();
+            return None;
+        }
+        Some(self.fault(reason))
     }
 
     fn fault(&mut self, reason: String) -> Command {

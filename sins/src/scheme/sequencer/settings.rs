@@ -19,6 +19,8 @@ pub struct SequencerSettings {
     pub joint_state_gap_s: f64,
     /// Finished this long after the beginning of the first dwell, whatever the program has left \[s\].
     pub stop_after_s: Option<f64>,
+    /// Where the stamps run back (a simulator or a player was started again), start the program again instead of a fault.
+    pub restart_when_time_runs_back: bool,
 }
 
 impl Default for SequencerSettings {
@@ -31,6 +33,7 @@ impl Default for SequencerSettings {
             command_lead_s: 10.0,
             joint_state_gap_s: 1.0,
             stop_after_s: None,
+            restart_when_time_runs_back: false,
         }
     }
 }

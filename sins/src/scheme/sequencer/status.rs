@@ -87,6 +87,10 @@ pub struct RotationStatus {
 /// Where the scheme stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
+    /// Stamp of the last joint state; zero before the first.
+    pub stamp: Stamp,
+    /// Name of the scheme.
+    pub scheme: String,
     /// What the sequencer is doing.
     pub state: State,
     /// Which cycle, from 0.

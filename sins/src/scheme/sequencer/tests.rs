@@ -295,6 +295,27 @@ fn time_running_back_is_a_fault() {
     assert_eq!(bench.state(), State::Dwelling);
 }
 
+/// Where it is asked for, a new beginning of time is a new beginning of the program.
+#[test]
+fn program_restarts_with_time() {
+    let settings = SequencerSettings {
+        restart_when_time_runs_back: true,
+        ..SequencerSettings::default()
+    };
+    let mut bench = Bench::new(&short(), settings);
+    bench.sequencer.start().unwrap();
+    bench.run_until(100.0);
+    bench.now = Stamp::default();
+    bench.table = Table::new(TableSettings::default(), bench.now).unwrap();
+    bench.sequencer.ingest(&bench.sample());
+    bench.run_until(5.0);
+    let status = bench.sequencer.status();
+    assert_eq!(
+        (status.state, status.step, status.elapsed_s),
+        (State::Dwelling, 0, 4.9)
+    );
+}
+
 /// A gap in the joint states is counted and told; the program goes on where the table still stands right.
 #[test]
 fn gap_is_told() {
