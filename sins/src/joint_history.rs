@@ -24,16 +24,31 @@ impl JointHistory {
         self.last.as_ref()
     }
 
+    /// Angles and rates at `stamp`: on the line through the last two readings between them, held outside, zero where none has
+    /// come.
+    pub fn at(&self, stamp: Stamp) -> JointSample {
+        JointSample {
+            stamp,
+            position: self.interpolate(stamp, |reading| reading.position),
+            velocity: self.interpolate(stamp, |reading| reading.velocity),
+        }
+    }
+
     /// Angles (outer, inner) \[rad\] at `stamp`: on the line through the last two readings between them, held outside. Zero
     /// where none has come: an IMU without a table.
     pub fn angles_at(&self, stamp: Stamp) -> [f64; 2] {
+        self.interpolate(stamp, |reading| reading.position)
+    }
+
+    fn interpolate(&self, stamp: Stamp, value: fn(&JointSample) -> [f64; 2]) -> [f64; 2] {
         match (self.before, self.last) {
             (_, None) => [0.0; 2],
-            (None, Some(last)) => last.position,
+            (None, Some(last)) => value(&last),
             (Some(before), Some(last)) => {
                 let share = stamp.seconds_since(before.stamp) / last.stamp.seconds_since(before.stamp);
                 let share = share.clamp(0.0, 1.0);
-                [0, 1].map(|i| before.position[i] + share * (last.position[i] - before.position[i]))
+                let (from, to) = (value(&before), value(&last));
+                [0, 1].map(|i| from[i] + share * (to[i] - from[i]))
             }
         }
     }

@@ -42,8 +42,13 @@ impl StampOrder {
         }
     }
 
-    /// Takes a joint state.
+    /// Takes a joint state. One that is earlier than the one before it begins a new stream.
     pub fn push_joints(&mut self, joints: JointSample) {
+        let before = self.joints.back().map(|joints| joints.stamp).or(self.last_joints);
+        if before.is_some_and(|before| joints.stamp < before) {
+            self.joints.clear();
+            self.last_joints = None;
+        }
         if self.joints.len() == LONGEST_QUEUE {
             self.joints.pop_front();
         }
@@ -143,6 +148,18 @@ mod tests {
         assert_eq!(drain(&mut order), [20]);
         order.push_joints(joints(60));
         assert_eq!(drain(&mut order), [-60, 30, 50]);
+    }
+
+    /// When time runs back, the joint states of the new stream come through again.
+    #[test]
+    fn time_may_run_back() {
+        let mut order = StampOrder::new(0.0);
+        order.push_joints(joints(5000));
+        order.push_sample(sample(4990));
+        assert_eq!(drain(&mut order), [-5000, 4990]);
+        order.push_joints(joints(10));
+        order.push_sample(sample(5));
+        assert_eq!(drain(&mut order), [-10, 5]);
     }
 
     /// Without a table nothing waits; without patience neither.

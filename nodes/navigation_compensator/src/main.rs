@@ -1,2 +1,18 @@
-//! navigation_compensator
-fn main() {}
+//! ROS 2 node: takes the calibrated sensor errors out of the samples and navigates on them, with the uncompensated
+//! solution beside it. It drives [`sins::navigator::Navigator`]; here messages become samples and results become messages.
+
+mod compensator;
+mod node;
+mod parameters;
+mod translation;
+
+use std::process::ExitCode;
+
+use ros_node::NodeBuilder;
+
+fn main() -> ExitCode {
+    let builder = NodeBuilder::new("navigation_compensator")
+        .about("compensates the IMU by the calibration and navigates free-inertially, with and without it")
+        .parameters(parameters::declarations());
+    ros_node::run(builder, node::main)
+}

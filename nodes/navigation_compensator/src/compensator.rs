@@ -1,0 +1,341 @@
+//! The navigator with its inputs and outputs as messages. No DDS in here.
+
+use std::time::Duration;
+
+use ros_node::{InputWatch, Level, Report, StreamMonitor};
+use rotary_sins_msgs::Calibration;
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use sins::imu::ImuSample;
+use sins::joint_history::JointHistory;
+use sins::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
+use sins::odometry::vehicle_motion;
+use sins::self_calibration::PositionFix;
+use sins::stamp_order::{InOrder, StampOrder};
+use sins::turntable::JointSample;
+use sins::{Error, Stamp};
+
+use crate::parameters::NodeSettings;
+use crate::translation;
+
+/// Topics of the node, as they are named before remapping.
+pub mod topic {
+    /// Samples of the IMU.
+    pub const IMU: &str = "imu/data_raw";
+    /// Encoders of the table.
+    pub const JOINTS: &str = "turntable/joint_states";
+    /// Position of the ship.
+    pub const FIX: &str = "fix";
+    /// Calibrations.
+    pub const CALIBRATION: &str = "self_calibration/calibration";
+}
+
+/// One solution as messages.
+#[derive(Clone, Debug, Default)]
+pub struct SolutionMessages {
+    /// The compensated sample with its attitude.
+    pub imu: Option<Imu>,
+    /// Pose and twist, position, velocity.
+    pub navigation: Option<(Odometry, NavSatFix, TwistWithCovarianceStamped)>,
+}
+
+/// What is to be published: with the calibration and without.
+#[derive(Clone, Debug, Default)]
+pub struct Output {
+    /// With the calibration.
+    pub compensated: SolutionMessages,
+    /// Without it.
+    pub uncompensated: SolutionMessages,
+}
+
+/// Says which samples are due at a rate, by their stamps alone.
+#[derive(Clone, Copy, Debug)]
+struct Decimation {
+    period_nanos: Option<i64>,
+    last: Option<i64>,
+}
+
+impl Decimation {
+    fn new(rate_hz: f64) -> Self {
+        Self {
+            period_nanos: (rate_hz > 0.0).then(|| sins::time::seconds_to_nanos(1.0 / rate_hz).max(1)),
+            last: None,
+        }
+    }
+
+    fn is_due(&mut self, stamp: Stamp) -> bool {
+        let Some(period) = self.period_nanos else {
+            return true;
+        };
+        let slot = stamp.nanos().div_euclid(period);
+        self.last.replace(slot) != Some(slot)
+    }
+}
+
+#[derive(Debug)]
+struct Inputs {
+    imu: InputWatch,
+    joints: InputWatch,
+    fix: InputWatch,
+    calibration: InputWatch,
+}
+
+/// Compensation and navigation between messages.
+#[derive(Debug)]
+pub struct Compensator {
+    settings: NodeSettings,
+    navigator: Navigator,
+    inputs: Inputs,
+    imu_stamps: StreamMonitor,
+    order: StampOrder,
+    joints: JointHistory,
+    frame_id: String,
+    origin: Option<PositionFix>,
+    phase: NavigatorPhase,
+    problem: Option<String>,
+    navigation_due: Decimation,
+    imu_due: Decimation,
+    calibrations: u64,
+}
+
+impl Compensator {
+    /// Waits for a calibration.
+    ///
+    /// # Errors
+    /// [`Error::Setting`].
+    pub fn new(settings: NodeSettings) -> Result<Self, Error> {
+        let silence = Duration::from_secs_f64(settings.silence_s);
+        let navigator = Navigator::new(settings.navigator)?;
+        Ok(Self {
+            phase: navigator.phase(),
+            navigator,
+            inputs: Inputs {
+                imu: InputWatch::required(topic::IMU, silence),
+                joints: InputWatch::optional(topic::JOINTS, silence),
+                fix: InputWatch::optional(topic::FIX, silence),
+                calibration: InputWatch::optional(topic::CALIBRATION, silence),
+            },
+            imu_stamps: StreamMonitor::default(),
+            order: StampOrder::new(settings.joint_patience_s),
+            joints: JointHistory::default(),
+            frame_id: "imu_link".to_owned(),
+            origin: None,
+            problem: None,
+            navigation_due: Decimation::new(settings.output_rate_hz),
+            imu_due: Decimation::new(settings.imu_output_rate_hz),
+            calibrations: 0,
+            settings,
+        })
+    }
+
+    /// A position of the ship. The first one is the origin of the local frame.
+    pub fn fix(&mut self, fix: &NavSatFix) {
+        self.inputs.fix.arrived(1);
+        let Some(position) = fix.position() else {
+            self.inputs.fix.refuse(
+                "no fix",
+                format!(
+                    "status {}, latitude {}, longitude {}, altitude {}: expected status 0 or more and finite numbers",
+                    fix.status.status, fix.latitude, fix.longitude, fix.altitude
+                ),
+            );
+            return;
+        };
+        match self.navigator.ingest_position(position) {
+            Ok(()) => {
+                self.origin.get_or_insert(position);
+            }
+            Err(error) => self.inputs.fix.refuse("off the globe", error),
+        }
+    }
+
+    /// A calibration.
+    pub fn calibration(&mut self, message: &Calibration) {
+        self.inputs.calibration.arrived(1);
+        let calibration = match translation::calibration(message) {
+            Ok(calibration) => calibration,
+            Err(reason) => {
+                self.inputs.calibration.refuse("unusable", reason);
+                return;
+            }
+        };
+        let place = PositionFix {
+            latitude: calibration.latitude,
+            longitude: calibration.longitude,
+            height: calibration.height,
+        };
+        match self.navigator.ingest_calibration(calibration) {
+            Ok(()) => {
+                self.calibrations += 1;
+                self.origin.get_or_insert(place);
+                tracing::info!(
+                    "calibration from {} ({:.0} s, {} samples, {} gaps)",
+                    message.source,
+                    message.duration,
+                    message.samples,
+                    message.gaps
+                );
+            }
+            Err(error) => self.inputs.calibration.refuse("unusable", error),
+        }
+        self.follow_phase();
+    }
+
+    /// A reading of the joints. Samples that waited for it go on.
+    pub fn joints(&mut self, message: &JointState, publish: &mut impl FnMut(Output)) {
+        self.inputs.joints.arrived(1);
+        match JointSample::try_from(message) {
+            Ok(sample) => self.order.push_joints(sample),
+            Err(error) => self.inputs.joints.refuse("other joints", error),
+        }
+        self.advance(publish);
+    }
+
+    /// A sample; it goes on when its joint state is there.
+    pub fn imu(&mut self, imu: &Imu, publish: &mut impl FnMut(Output)) {
+        self.inputs.imu.arrived(1);
+        match ImuSample::try_from(imu) {
+            Ok(sample) => {
+                self.imu_stamps.ingest(sample.stamp.nanos());
+                if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
+                    self.frame_id.clone_from(&imu.header.frame_id);
+                }
+                self.order.push_sample(sample);
+                self.advance(publish);
+            }
+            Err(error) => self.inputs.imu.refuse("stamp", error),
+        }
+    }
+
+    fn advance(&mut self, publish: &mut impl FnMut(Output)) {
+        while let Some(next) = self.order.next() {
+            match next {
+                InOrder::Joints(joints) => {
+                    if let Err(error) = self.navigator.ingest_joints(joints) {
+                        self.inputs.joints.refuse("not finite", error);
+                    } else {
+                        self.joints.push(joints);
+                    }
+                }
+                InOrder::Sample(sample) => {
+                    if let Some(output) = self.navigate(&sample) {
+                        publish(output);
+                    }
+                }
+            }
+        }
+    }
+
+    fn navigate(&mut self, sample: &ImuSample) -> Option<Output> {
+        let result = self.navigator.ingest_imu(sample);
+        let output = match result {
+            Ok(output) => output,
+            Err(error @ Error::NotFinite { .. }) => {
+                self.inputs.imu.refuse("not finite", error);
+                None
+            }
+            Err(error) => {
+                tracing::error!("{}: {error}", topic::IMU);
+                self.problem = Some(error.to_string());
+                None
+            }
+        };
+        self.follow_phase();
+        let output = output?;
+        self.problem = None;
+        let (navigation, imu) = (
+            self.navigation_due.is_due(output.stamp),
+            self.imu_due.is_due(output.stamp),
+        );
+        (navigation || imu).then(|| self.messages(&output, sample, navigation, imu))
+    }
+
+    fn messages(&self, output: &NavigatorOutput, sample: &ImuSample, navigation: bool, imu: bool) -> Output {
+        let messages = |solution: &Solution| SolutionMessages {
+            imu: imu.then(|| translation::imu(output.stamp, solution, sample, &self.frame_id)),
+            navigation: navigation.then(|| self.navigation(output.stamp, solution, sample)).flatten(),
+        };
+        Output {
+            compensated: messages(&output.compensated),
+            uncompensated: messages(&output.uncompensated),
+        }
+    }
+
+    fn navigation(
+        &self,
+        stamp: Stamp,
+        solution: &Solution,
+        sample: &ImuSample,
+    ) -> Option<(Odometry, NavSatFix, TwistWithCovarianceStamped)> {
+        let origin = self.origin.as_ref()?;
+        let turntable = &self.settings.navigator.alignment.turntable;
+        let motion = vehicle_motion(solution, turntable, &self.joints.at(stamp), &sample.angular_rate_variance);
+        let frames = [
+            self.settings.odometry_frame_id.as_str(),
+            self.settings.base_frame_id.as_str(),
+        ];
+        Some((
+            translation::odometry(stamp, solution, &motion, origin, frames),
+            translation::fix(stamp, solution, frames[1]),
+            translation::velocity(stamp, solution, frames[0]),
+        ))
+    }
+
+    /// Logs a change of phase, once.
+    fn follow_phase(&mut self) {
+        let now = self.navigator.phase();
+        let before = std::mem::replace(&mut self.phase, now);
+        if before != now {
+            tracing::info!("{} -> {}", before.name(), now.name());
+        }
+    }
+
+    /// How the samples come.
+    pub fn imu_report(&self) -> Report {
+        let stream = self.navigator.stream();
+        let counts = stream.counts();
+        let mut report = self
+            .inputs
+            .imu
+            .report()
+            .with("rate [Hz]", format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)))
+            .with("samples", counts.samples)
+            .with("gaps", counts.gaps)
+            .with("lost", counts.lost)
+            .with("repeated", counts.repeated)
+            .with("backward", counts.backward)
+            .with("not finite", stream.not_finite())
+            .with("restarts", stream.jumps());
+        if counts.gaps > 0 {
+            let text = format!("{}: {} gaps, {} samples lost", topic::IMU, counts.gaps, counts.lost);
+            report = report.worsened(Level::Warn, &text);
+        }
+        report
+    }
+
+    /// How the joint states come.
+    pub fn joints_report(&self) -> Report {
+        self.inputs.joints.report().with("samples waiting", self.order.waiting())
+    }
+
+    /// Where navigation stands.
+    pub fn navigation_report(&self) -> Report {
+        let mut report = Report::ok(self.phase.name().replace('_', " "))
+            .with("phase", self.phase.name())
+            .with("calibrations", self.calibrations)
+            .with("calibrations refused", self.inputs.calibration.refused())
+            .with("fixes refused", self.inputs.fix.refused());
+        if self.phase == NavigatorPhase::Aligning && self.origin.is_none() {
+            report = report.worsened(Level::Warn, "aligning waits for a valid position on fix");
+        }
+        if let Some(problem) = &self.problem {
+            report = report.worsened(Level::Error, problem);
+        }
+        report
+    }
+}
+
+#[cfg(test)]
+#[path = "compensator_tests.rs"]
+mod tests;

@@ -1,0 +1,133 @@
+#![allow(clippy::unwrap_used)]
+use nalgebra::{UnitQuaternion, Vector3};
+use rotary_sins_msgs::sensor_msgs::NavSatStatus;
+use sins::earth::LocalEarth;
+use sins::estimation::error_state::{STATE_NAMES, STATES};
+
+use super::*;
+use crate::parameters::NodeSettings;
+
+const LATITUDE_DEG: f64 = 45.0;
+const DRIFT_RAD_S: f64 = 1e-6;
+const INTERVAL_NANOS: i64 = 10_000_000;
+
+fn compensator(output_rate_hz: f64) -> Compensator {
+    Compensator::new(NodeSettings {
+        navigator: sins::navigator::NavigatorSettings::default(),
+        joint_patience_s: 0.1,
+        output_rate_hz,
+        imu_output_rate_hz: 0.0,
+        odometry_frame_id: "odom".to_owned(),
+        base_frame_id: "base_link".to_owned(),
+        silence_s: 3.0,
+    })
+    .unwrap()
+}
+
+/// The sample with this number of a block at rest, heading 0, whose x gyroscope drifts.
+fn sample(number: i64) -> Imu {
+    let earth = LocalEarth::at(LATITUDE_DEG.to_radians(), 0.0);
+    let sample = ImuSample {
+        stamp: Stamp::from_nanos(1_700_000_000_000_000_000 + number * INTERVAL_NANOS),
+        angular_rate: earth.earth_rate() + Vector3::x() * DRIFT_RAD_S,
+        specific_force: Vector3::z() * earth.gravity_m_s2,
+        angular_rate_variance: Vector3::repeat(1e-13),
+        specific_force_variance: Vector3::repeat(1e-7),
+    };
+    Imu::from_sample(&sample, "imu_link")
+}
+
+fn calibration(number: i64) -> Calibration {
+    Calibration {
+        header: sample(number).header,
+        valid: true,
+        gyroscope_drift: [DRIFT_RAD_S, 0.0, 0.0],
+        attitude: UnitQuaternion::identity().into(),
+        latitude_deg: LATITUDE_DEG,
+        longitude_deg: 126.6,
+        state_names: STATE_NAMES.map(str::to_owned).to_vec(),
+        covariance: vec![0.0; STATES * STATES],
+        phase: 4,
+        ..Calibration::default()
+    }
+}
+
+fn feed(compensator: &mut Compensator, numbers: std::ops::Range<i64>) -> Vec<Output> {
+    let mut outputs = Vec::new();
+    for number in numbers {
+        compensator.imu(&sample(number), &mut |output| outputs.push(output));
+    }
+    outputs
+}
+
+/// The calibration's drift is taken out: the one solution stays, the other one tilts and leaves.
+#[test]
+fn compensation_holds_the_position() {
+    let mut compensator = compensator(0.0);
+    assert!(feed(&mut compensator, 0..10).is_empty());
+    compensator.calibration(&calibration(5));
+    let outputs = feed(&mut compensator, 10..60_000);
+    let last = outputs.last().unwrap();
+    let distance = |messages: &SolutionMessages| {
+        let position = messages.navigation.as_ref().unwrap().0.pose.pose.position;
+        position.x.hypot(position.y)
+    };
+    assert!(distance(&last.compensated) < 0.1, "{}", distance(&last.compensated));
+    assert!(distance(&last.uncompensated) > 100.0);
+    let imu = last.compensated.imu.as_ref().unwrap();
+    assert!((imu.angular_velocity.x).abs() < 1e-12);
+    let odometry = &last.compensated.navigation.as_ref().unwrap().0;
+    assert_eq!((odometry.header.frame_id.as_str(), odometry.child_frame_id.as_str()), ("odom", "base_link"));
+    // Heading 0: the ship's x (forward) is North.
+    assert!((odometry.pose.pose.orientation.z - 0.5f64.sqrt()).abs() < 1e-6);
+}
+
+/// The output rate counts stamps.
+#[test]
+fn output_rate_goes_by_stamps() {
+    let mut compensator = compensator(2.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    let outputs = feed(&mut compensator, 10..510);
+    assert_eq!(outputs.len(), 500);
+    assert_eq!(outputs.iter().filter(|o| o.compensated.navigation.is_some()).count(), 11);
+}
+
+/// A calibration that says it is not valid, or that has other states, is refused.
+#[test]
+fn unusable_calibrations_are_refused() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&Calibration { valid: false, ..calibration(5) });
+    compensator.calibration(&Calibration { state_names: vec!["x".to_owned()], ..calibration(5) });
+    assert_eq!(compensator.inputs.calibration.refused(), 2);
+    assert_eq!(compensator.phase, NavigatorPhase::WaitingForCalibration);
+}
+
+/// A fix that is none does not become the origin.
+#[test]
+fn origin_is_the_first_valid_fix() {
+    let mut compensator = compensator(0.0);
+    let fix = |latitude, status| NavSatFix {
+        status: NavSatStatus { status, service: 0 },
+        latitude,
+        ..NavSatFix::default()
+    };
+    compensator.fix(&fix(10.0, -1));
+    compensator.fix(&fix(f64::NAN, 0));
+    assert!(compensator.origin.is_none());
+    compensator.fix(&fix(20.0, 0));
+    compensator.fix(&fix(30.0, 0));
+    assert!((compensator.origin.unwrap().latitude.to_degrees() - 20.0).abs() < 1e-12);
+    assert_eq!(compensator.inputs.fix.refused(), 2);
+}
+
+/// A hole in the stamps is told.
+#[test]
+fn gaps_are_told() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..100);
+    feed(&mut compensator, 105..200);
+    let report = format!("{:?}", compensator.imu_report());
+    assert!(report.contains("1 gaps, 5 samples lost"), "{report}");
+}

@@ -1,0 +1,106 @@
+//! The node's task: takes messages from DDS as they come and publishes what they give.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ros_node::{Node, Publisher, Qos, Report, Subscription};
+use rotary_sins_msgs::Calibration;
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+
+use crate::compensator::{Compensator, Output, SolutionMessages, topic};
+use crate::parameters;
+
+/// Samples taken in one go, so that other inputs get their turn.
+const BATCH: usize = 512;
+/// Outputs that a slow subscriber may be behind.
+const OUTPUT_DEPTH: usize = 1000;
+
+/// The compensator, shared by the task and the diagnostics.
+#[derive(Clone)]
+struct Shared(Arc<Mutex<Compensator>>);
+
+impl Shared {
+    // A panic ends the node, so that a poisoned lock is never worked with for long.
+    fn lock(&self) -> MutexGuard<'_, Compensator> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Publishers of one solution.
+struct SolutionPublishers {
+    imu: Publisher<Imu>,
+    odometry: Publisher<Odometry>,
+    fix: Publisher<NavSatFix>,
+    velocity: Publisher<TwistWithCovarianceStamped>,
+}
+
+impl SolutionPublishers {
+    fn new(node: &Node, prefix: &str) -> ros_node::Result<Self> {
+        Ok(Self {
+            imu: node.publisher(&format!("{prefix}imu/data"), Qos::sensor())?,
+            odometry: node.publisher(&format!("{prefix}odometry"), Qos::reliable(OUTPUT_DEPTH))?,
+            fix: node.publisher(&format!("{prefix}fix_ins"), Qos::reliable(OUTPUT_DEPTH))?,
+            velocity: node.publisher(&format!("{prefix}velocity"), Qos::reliable(OUTPUT_DEPTH))?,
+        })
+    }
+
+    fn publish(&self, messages: SolutionMessages) {
+        if let Some(imu) = messages.imu {
+            self.imu.publish(imu);
+        }
+        if let Some((odometry, fix, velocity)) = messages.navigation {
+            self.odometry.publish(odometry);
+            self.fix.publish(fix);
+            self.velocity.publish(velocity);
+        }
+    }
+}
+
+/// Runs until the node is to end.
+///
+/// # Errors
+/// What the parameters or the middleware refuse.
+pub async fn main(node: Node) -> anyhow::Result<()> {
+    let settings = parameters::settings(node.parameters())?;
+    let shared = Shared(Arc::new(Mutex::new(Compensator::new(settings)?)));
+    let compensated = SolutionPublishers::new(&node, "")?;
+    let uncompensated = SolutionPublishers::new(&node, "uncompensated/")?;
+    let mut publish = |output: Output| {
+        compensated.publish(output.compensated);
+        uncompensated.publish(output.uncompensated);
+    };
+    let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
+    let mut joints: Subscription<JointState> = node.subscription(topic::JOINTS, Qos::sensor())?;
+    let mut calibrations: Subscription<Calibration> = node.subscription(topic::CALIBRATION, Qos::latched(1))?;
+    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::sensor())?;
+    watch(&node, &shared);
+    node.set_ready();
+    loop {
+        // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
+        tokio::select! {
+            biased;
+            () = node.shutdown() => return Ok(()),
+            fix = fixes.recv() => shared.lock().fix(&fix),
+            calibration = calibrations.recv() => shared.lock().calibration(&calibration),
+            batch = joints.recv_batch(BATCH) => {
+                let mut compensator = shared.lock();
+                batch.iter().for_each(|message| compensator.joints(message, &mut publish));
+            }
+            batch = samples.recv_batch(BATCH) => {
+                let mut compensator = shared.lock();
+                batch.iter().for_each(|message| compensator.imu(message, &mut publish));
+            }
+        }
+    }
+}
+
+fn watch(node: &Node, shared: &Shared) {
+    let add = |name: &str, report: fn(&Compensator) -> Report| {
+        let shared = shared.clone();
+        node.diagnostics().add(name, move || report(&shared.lock()));
+    };
+    add("imu samples", Compensator::imu_report);
+    add("joint states", Compensator::joints_report);
+    add("navigation", Compensator::navigation_report);
+}

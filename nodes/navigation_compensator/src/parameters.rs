@@ -1,0 +1,123 @@
+//! Parameters of the node, in the units of the people who set them, and the settings they amount to.
+
+use anyhow::{Context, ensure};
+use nalgebra::Vector3;
+use ros_node::{Parameter, Parameters};
+use sins::imu::NoiseDensity;
+use sins::navigator::NavigatorSettings;
+use sins::self_calibration::{Reference, Settings};
+use sins::turntable::Turntable;
+use sins::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
+
+/// What the node itself needs to know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeSettings {
+    /// Settings of the navigator.
+    pub navigator: NavigatorSettings,
+    /// How much later than a sample its joint state may come, by the stamps \[s\].
+    pub joint_patience_s: f64,
+    /// Odometry, position and velocity a second of sample time; 0: with every sample \[Hz\].
+    pub output_rate_hz: f64,
+    /// Compensated samples a second of sample time; 0: every one \[Hz\].
+    pub imu_output_rate_hz: f64,
+    /// Frame of the pose.
+    pub odometry_frame_id: String,
+    /// Frame of the ship.
+    pub base_frame_id: String,
+    /// An input that is silent for longer is a fault \[s\].
+    pub silence_s: f64,
+}
+
+/// Every parameter with unit, range and default. The defaults are those of [`NavigatorSettings`].
+pub fn declarations() -> Vec<Parameter> {
+    let double = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
+        Parameter::new(name, default)
+            .unit(unit)
+            .range(from, to)
+            .describe(text)
+    };
+    let mut all = vec![
+        Parameter::new("outer_axis", "x")
+            .one_of(&["x", "y", "z"])
+            .describe("axis of the block, at zero joint angles, that outer_joint turns about"),
+        Parameter::new("inner_axis", "y")
+            .one_of(&["x", "y", "z"])
+            .describe("axis of the block, at zero joint angles, that inner_joint turns about"),
+        Parameter::new("start_from_calibration", true)
+            .describe("start from the attitude of the calibration where its samples are still at hand; false: always align anew"),
+        Parameter::new("odometry_frame_id", "odom").describe("frame of the pose: East-North-Up, origin at the first position"),
+        Parameter::new("base_frame_id", "base_link").describe("frame of the ship: forward-left-up"),
+    ];
+    all.extend([
+        double("alignment_s", 900.0, "s", 10.0, 36_000.0, "length of the node's own alignment, where it needs one"),
+        double("coarse_alignment_s", 300.0, "s", 10.0, 7200.0, "length of coarse alignment within it"),
+        double("history_s", 60.0, "s", 0.0, 3600.0, "how long samples are kept for a calibration that arrives after them"),
+        double("restart_gap_s", 5.0, "s", 0.01, 3600.0, "a longer hole in the samples, or a step back in time, aligns anew"),
+        double("joint_patience_s", 0.1, "s", 0.0, 60.0,
+            "how long, by the samples' stamps, a sample waits for the joint state after it"),
+        double("moored_sigma_m_s", 0.01, "m/s", 1e-6, 10.0, "1 sigma of the moored ship's velocity during alignment, each axis"),
+        double("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
+            "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
+        double("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
+            "white noise of the accelerometers; 0: from the covariances of the Imu messages"),
+        double("uncompensated_accelerometer_bias_ug", 100.0, "ug", 1e-6, 1e6,
+            "1 sigma of the biases where they are not taken out"),
+        double("uncompensated_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e-9, 1e4,
+            "1 sigma of the drifts where they are not taken out"),
+        double("output_rate_hz", 0.0, "Hz", 0.0, 10_000.0,
+            "odometry, fix_ins and velocity a second of sample time; 0: with every sample"),
+        double("imu_output_rate_hz", 0.0, "Hz", 0.0, 10_000.0, "imu/data a second of sample time; 0: with every sample"),
+        double("silence_s", 3.0, "s", 0.1, 3600.0, "an input topic that is silent for longer is a fault"),
+    ]);
+    all
+}
+
+/// The settings that the parameters amount to.
+///
+/// # Errors
+/// One line naming the parameter that makes no sense together with the others.
+pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
+    let double = |name: &str| parameters.get::<f64>(name);
+    let axis = |name: &str| -> anyhow::Result<_> { Ok(parameters.get::<String>(name)?.parse()?) };
+    let (gyroscope, accelerometer) = (
+        double("angle_random_walk_deg_per_sqrt_hour")?,
+        double("velocity_random_walk_ug_per_sqrt_hz")?,
+    );
+    ensure!(
+        (gyroscope > 0.0) == (accelerometer > 0.0),
+        "parameters angle_random_walk_deg_per_sqrt_hour ({gyroscope}) and velocity_random_walk_ug_per_sqrt_hz \
+         ({accelerometer}): expected both positive, or both 0 to take the noise from the messages"
+    );
+    let mut alignment = Settings {
+        turntable: Turntable::new(axis("outer_axis")?, axis("inner_axis")?)
+            .context("parameters outer_axis and inner_axis")?,
+        noise: (gyroscope > 0.0).then(|| NoiseDensity {
+            gyroscope: Vector3::repeat(gyroscope * DEG_PER_SQRT_HOUR),
+            accelerometer: Vector3::repeat(accelerometer * MICRO_G),
+        }),
+        reference: Reference::Moored {
+            sigma_m_s: double("moored_sigma_m_s")?,
+        },
+        coarse_alignment_s: double("coarse_alignment_s")?,
+        restart_gap_s: double("restart_gap_s")?,
+        ..Settings::default()
+    };
+    alignment.prior.accelerometer_bias_m_s2 =
+        Vector3::repeat(double("uncompensated_accelerometer_bias_ug")? * MICRO_G);
+    alignment.prior.gyroscope_drift_rad_s =
+        Vector3::repeat(double("uncompensated_gyroscope_drift_deg_per_hour")? * DEG_PER_HOUR);
+    Ok(NodeSettings {
+        navigator: NavigatorSettings {
+            alignment,
+            alignment_s: double("alignment_s")?,
+            history_s: double("history_s")?,
+            start_from_calibration: parameters.get("start_from_calibration")?,
+        },
+        joint_patience_s: double("joint_patience_s")?,
+        output_rate_hz: double("output_rate_hz")?,
+        imu_output_rate_hz: double("imu_output_rate_hz")?,
+        odometry_frame_id: parameters.get("odometry_frame_id")?,
+        base_frame_id: parameters.get("base_frame_id")?,
+        silence_s: double("silence_s")?,
+    })
+}

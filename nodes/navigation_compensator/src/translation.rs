@@ -1,0 +1,207 @@
+//! Calibration messages to calibrations; solutions to messages.
+
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
+use rotary_sins_msgs::std_msgs::Header;
+use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
+use sins::Stamp;
+use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, STATES, StateMatrix};
+use sins::imu::ImuSample;
+use sins::navigator::Solution;
+use sins::odometry::{UNKNOWN_VARIANCE, VehicleMotion, offset_m, pose_covariance};
+use sins::self_calibration::{Calibration, Phase, PositionFix};
+use sins::sensor_errors::SensorErrors;
+
+/// The calibration of a message. Where it carries no covariance, its standard deviations make one.
+///
+/// # Errors
+/// One line: which field is unusable and what was expected.
+pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> {
+    if !message.valid {
+        return Err(format!(
+            "valid is false (phase {}): the calibration is not used",
+            message.phase
+        ));
+    }
+    let attitude = message
+        .attitude
+        .rotation()
+        .ok_or("attitude is no rotation: expected a quaternion of finite length above zero")?;
+    let place = [
+        message.latitude_deg,
+        message.longitude_deg,
+        message.height_m,
+    ];
+    if !place.iter().all(|value| value.is_finite()) {
+        return Err(format!(
+            "latitude_deg, longitude_deg, height_m are {place:?}, expected finite numbers"
+        ));
+    }
+    Ok(Calibration {
+        stamp: message.header.stamp.into(),
+        phase: phase(message.phase)?,
+        errors: SensorErrors {
+            gyroscope_drift: message.gyroscope_drift.into(),
+            accelerometer_bias: message.accelerometer_bias.into(),
+            gyroscope_matrix: Matrix3::from_row_slice(&message.gyroscope_matrix),
+            accelerometer_matrix: Matrix3::from_row_slice(&message.accelerometer_matrix),
+        },
+        attitude,
+        latitude: message.latitude_deg.to_radians(),
+        longitude: message.longitude_deg.to_radians(),
+        height: message.height_m,
+        covariance: covariance(message)?,
+        samples: message.samples,
+        gaps: message.gaps,
+    })
+}
+
+fn phase(number: u8) -> Result<Phase, String> {
+    Ok(match number {
+        SelfCalibrationEstimate::WAITING_FOR_POSITION => Phase::WaitingForPosition,
+        SelfCalibrationEstimate::COARSE_ALIGNMENT => Phase::CoarseAlignment,
+        SelfCalibrationEstimate::FINE_ALIGNMENT => Phase::FineAlignment,
+        SelfCalibrationEstimate::CALIBRATING => Phase::Calibrating,
+        SelfCalibrationEstimate::CONVERGED => Phase::Converged,
+        SelfCalibrationEstimate::INCONSISTENT => Phase::Inconsistent,
+        other => {
+            return Err(format!(
+                "phase is {other}, expected a phase of SelfCalibrationEstimate, 0 to 5"
+            ));
+        }
+    })
+}
+
+fn covariance(message: &CalibrationMessage) -> Result<StateMatrix, String> {
+    if message.covariance.is_empty() {
+        let mut matrix = StateMatrix::zeros();
+        let attitude = Matrix3::from_row_slice(&message.attitude_covariance);
+        matrix
+            .fixed_view_mut::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+            .copy_from(&attitude);
+        for (start, std) in [
+            (BIAS, message.accelerometer_bias_std),
+            (DRIFT, message.gyroscope_drift_std),
+        ] {
+            for axis in 0..3 {
+                matrix[(start + axis, start + axis)] = std[axis].max(0.0).powi(2);
+            }
+        }
+        return Ok(matrix);
+    }
+    if message.covariance.len() != STATES * STATES || message.state_names != STATE_NAMES {
+        return Err(format!(
+            "covariance has {} elements over states {:?}, expected {} over {STATE_NAMES:?}",
+            message.covariance.len(),
+            message.state_names,
+            STATES * STATES
+        ));
+    }
+    let matrix = StateMatrix::from_row_slice(&message.covariance);
+    if matrix.iter().all(|value| value.is_finite()) {
+        Ok(matrix)
+    } else {
+        Err("covariance holds numbers that are not finite".to_owned())
+    }
+}
+
+/// The compensated sample with its attitude.
+pub fn imu(stamp: Stamp, solution: &Solution, measured: &ImuSample, frame_id: &str) -> Imu {
+    let sample = ImuSample {
+        stamp,
+        angular_rate: solution.angular_rate,
+        specific_force: solution.specific_force,
+        ..*measured
+    };
+    Imu {
+        orientation: solution.navigation.attitude.into(),
+        orientation_covariance: row_major3(
+            &solution
+                .covariance
+                .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+                .into_owned(),
+        ),
+        ..Imu::from_sample(&sample, frame_id)
+    }
+}
+
+/// Pose in the local frame, twist in the ship's.
+pub fn odometry(
+    stamp: Stamp,
+    solution: &Solution,
+    motion: &VehicleMotion,
+    origin: &PositionFix,
+    frames: [&str; 2],
+) -> Odometry {
+    let navigation = &solution.navigation;
+    let offset = offset_m(
+        origin,
+        navigation.latitude,
+        navigation.longitude,
+        navigation.height,
+    );
+    let mut message = Odometry {
+        header: Header::new(stamp, frames[0]),
+        child_frame_id: frames[1].to_owned(),
+        ..Odometry::default()
+    };
+    let position = &mut message.pose.pose.position;
+    (position.x, position.y, position.z) = (offset.x, offset.y, offset.z);
+    message.pose.pose.orientation = solution.base_link.into();
+    message.pose.covariance = row_major6(&pose_covariance(solution));
+    message.twist.twist.linear = motion.velocity.into();
+    message.twist.twist.angular = motion.angular_rate.into();
+    message.twist.covariance = row_major6(&motion.covariance);
+    message
+}
+
+/// The position on the globe.
+pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
+    let navigation = &solution.navigation;
+    let pose = pose_covariance(solution);
+    NavSatFix {
+        header: Header::new(stamp, frame_id),
+        status: NavSatStatus {
+            status: NavSatStatus::STATUS_FIX,
+            service: NavSatStatus::SERVICE_UNKNOWN,
+        },
+        latitude: navigation.latitude.to_degrees(),
+        longitude: navigation.longitude.to_degrees(),
+        altitude: navigation.height,
+        position_covariance: row_major3(&pose.fixed_view::<3, 3>(0, 0).into_owned()),
+        position_covariance_type: NavSatFix::COVARIANCE_TYPE_KNOWN,
+    }
+}
+
+/// Velocity over ground, East, North, Up; the angular part is not known here.
+pub fn velocity(stamp: Stamp, solution: &Solution, frame_id: &str) -> TwistWithCovarianceStamped {
+    let mut covariance = Matrix6::from_diagonal_element(UNKNOWN_VARIANCE);
+    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(
+        &solution
+            .covariance
+            .fixed_view::<2, 2>(sins::estimation::error_state::VELOCITY, sins::estimation::error_state::VELOCITY),
+    );
+    let mut message = TwistWithCovarianceStamped {
+        header: Header::new(stamp, frame_id),
+        ..TwistWithCovarianceStamped::default()
+    };
+    message.twist.twist.linear = Vector3::into(solution.navigation.velocity);
+    message.twist.covariance = row_major6(&covariance);
+    message
+}
+
+fn row_major3(matrix: &Matrix3<f64>) -> [f64; 9] {
+    row_major(matrix)
+}
+
+fn row_major6(matrix: &Matrix6<f64>) -> [f64; 36] {
+    row_major(matrix)
+}
+
+fn row_major<const N: usize, const M: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; M] {
+    let mut values = [0.0; M];
+    values.copy_from_slice(matrix.transpose().as_slice());
+    values
+}
