@@ -15,9 +15,11 @@ use crate::imu::NoiseDensity;
 use crate::rotation::small_rotation;
 use crate::scheme::sequencer::SequencerSettings;
 use crate::scheme::{Scheme, Sequencer};
+use crate::self_calibration::{Calibration, Phase};
 use crate::sensor_errors::SensorErrors;
 use crate::simulation::{ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick};
 use crate::strapdown::{Increment, NavigationState};
+use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
 
 /// Number of states that calibration is about: misalignment, biases, drifts.
@@ -146,6 +148,10 @@ pub struct RunResult {
     pub run: u64,
     /// At the times asked for.
     pub snapshots: Vec<Snapshot>,
+    /// The errors it started with.
+    pub truth: TrueErrors,
+    /// The calibration at its end.
+    pub calibration: Calibration,
 }
 
 /// One filter among the runs of a batch.
@@ -229,7 +235,9 @@ impl MonteCarlo {
             .into_iter()
             .map(|t| RunResult {
                 run: t.run,
+                calibration: t.calibration(simulation.simulator().plant().now()),
                 snapshots: t.snapshots,
+                truth: t.truth,
             })
             .collect())
     }
@@ -286,6 +294,22 @@ impl MonteCarlo {
 }
 
 impl Trial {
+    fn calibration(&self, stamp: Stamp) -> Calibration {
+        let navigation = self.filter.navigation();
+        Calibration {
+            stamp,
+            phase: Phase::Calibrating,
+            errors: SensorErrors::constant(self.filter.gyroscope_drift(), self.filter.accelerometer_bias()),
+            attitude: navigation.attitude,
+            latitude: navigation.latitude,
+            longitude: navigation.longitude,
+            height: navigation.height,
+            covariance: *self.filter.covariance(),
+            samples: 0,
+            gaps: 0,
+        }
+    }
+
     fn snapshot(&self, time_s: f64, truth: &NavigationState) -> Snapshot {
         let computed = self.filter.navigation();
         let mut error = StateVector::zeros();
