@@ -36,7 +36,13 @@ fn calibrations(scheme: &Scheme, errors: Option<TrueErrors>) -> Vec<RunResult> {
 fn navigate(run: &RunResult, turn_deg: f64, noise: NoiseDensity) -> [f64; 2] {
     let earth = LocalEarth::at(LATITUDE_DEG.to_radians(), 0.0);
     // The true attitude at the end of calibration, from the estimate and what is left of its error.
-    let left = run.snapshots.last().unwrap().calibrated_error().fixed_rows::<3>(0).into_owned();
+    let left = run
+        .snapshots
+        .last()
+        .unwrap()
+        .calibrated_error()
+        .fixed_rows::<3>(0)
+        .into_owned();
     let mut attitude = UnitQuaternion::from_scaled_axis(left) * run.calibration.attitude;
     let errors = SensorErrors::constant(run.truth.gyroscope_drift, run.truth.accelerometer_bias);
     let mut imu = ImuErrors::new(ImuErrorSettings { errors, noise }, 1000 + run.run).unwrap();
@@ -51,11 +57,18 @@ fn navigate(run: &RunResult, turn_deg: f64, noise: NoiseDensity) -> [f64; 2] {
             interval_nanos: (seconds * 1e9) as i64,
             angular_rate: attitude.inverse() * rate,
             specific_force: attitude.inverse() * (Vector3::z() * earth.gravity_m_s2),
-            joints: JointSample { stamp, position: [0.0; 2], velocity: [0.0; 2] },
+            joints: JointSample {
+                stamp,
+                position: [0.0; 2],
+                velocity: [0.0; 2],
+            },
         };
         let output: Option<NavigatorOutput> = navigator.ingest_imu(&imu.measure(&truth)).unwrap();
         if let Some(output) = output {
-            for (worst, solution) in worst.iter_mut().zip([output.compensated, output.uncompensated]) {
+            for (worst, solution) in worst
+                .iter_mut()
+                .zip([output.compensated, output.uncompensated])
+            {
                 *worst = worst.max(position_error_nmi(&solution.navigation, &run.calibration));
             }
         } else {
@@ -96,10 +109,18 @@ fn median(values: &mut [f64]) -> f64 {
 #[test]
 fn calibration_shrinks_the_position_error() {
     let runs = calibrations(&Scheme::eight_position(), Some(TrueErrors::table_1()));
-    let results: Vec<[f64; 2]> = runs.par_iter().map(|run| navigate(run, 0.0, NoiseReading::D.density())).collect();
+    let results: Vec<[f64; 2]> = runs
+        .par_iter()
+        .map(|run| navigate(run, 0.0, NoiseReading::D.density()))
+        .collect();
     let mut with: Vec<f64> = results.iter().map(|r| r[0]).collect();
     let mut without: Vec<f64> = results.iter().map(|r| r[1]).collect();
-    println!("with {:.2?}, median {:.2}; without, median {:.2}", with.clone(), median(&mut with), median(&mut without));
+    println!(
+        "with {:.2?}, median {:.2}; without, median {:.2}",
+        with.clone(),
+        median(&mut with),
+        median(&mut without)
+    );
     assert!(median(&mut with) <= 1.3);
     assert!(with.iter().all(|w| *w <= 3.0));
     assert!((median(&mut without) - 14.5).abs() < 1.5);
@@ -110,12 +131,16 @@ fn calibration_shrinks_the_position_error() {
 fn a_static_calibration_does_not_survive_a_turn() {
     let rms = |scheme: &Scheme| {
         let runs = calibrations(scheme, None);
-        let squares: f64 = runs.par_iter().map(|run| navigate(run, 90.0, NoiseReading::D.density())[0].powi(2)).sum();
+        let squares: f64 = runs
+            .par_iter()
+            .map(|run| navigate(run, 90.0, NoiseReading::D.density())[0].powi(2))
+            .sum();
         (squares / RUNS as f64).sqrt()
     };
     let (eight, stationary) = (rms(&Scheme::eight_position()), rms(&Scheme::stationary()));
-    println!("rms of the greatest error after a turn: eight-position {eight:.2} nmi, static {stationary:.2} nmi");
+    println!(
+        "rms of the greatest error after a turn: eight-position {eight:.2} nmi, static {stationary:.2} nmi"
+    );
     assert!(eight <= 1.5);
     assert!(stationary >= 5.0);
 }
-
