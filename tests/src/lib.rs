@@ -1,1 +1,31 @@
-//! (being written)
+//! What the tests of the whole suite share: a network of their own, processes that end with the test, the
+//! executables, bags made by our own simulator, and Python peers with a real ROS 2.
+//!
+//! The tests run the release executables as a user runs them, over real DDS. Each test that needs DDS runs in a network
+//! and process namespace of its own ([`isolated`]), so that nothing of it is seen outside and nothing outlives it.
+//!
+//! Environment variables:
+//! - `ROTARY_SINS_BIN_DIR`: the executables are taken from this folder and not built.
+//! - `ROTARY_SINS_REQUIRE_PEERS=1`: a missing ROS 2 peer or missing data is a failure, not a skip.
+#![allow(
+    clippy::unwrap_used,
+    reason = "this is test code: a failed step is a failed test"
+)]
+
+mod bag_cache;
+mod cli;
+mod executables;
+mod isolation;
+mod peers;
+mod process;
+mod recording;
+mod tolerance;
+
+pub use bag_cache::{Simulation, copy_bag, mcap_of, scratch};
+pub use cli::{Answer, rotary_sins};
+pub use executables::{executable, repository, target_directory};
+pub use isolation::isolated;
+pub use peers::{Peer, data_file, peer_python, skip};
+pub use process::{Program, Running, wait_until};
+pub use recording::{alter_imu, estimates, messages, without_topic};
+pub use tolerance::{assert_within_sigmas, vector};

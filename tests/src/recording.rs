@@ -1,0 +1,65 @@
+//! What a bag holds, as messages; and bags with something wrong in them.
+
+use std::path::Path;
+
+use bags::{Bag, BagWriter, NewTopic, Selection, WriteOptions, cdr};
+use rotary_sins_msgs::sensor_msgs::Imu;
+use rotary_sins_msgs::{RosMessage, SelfCalibrationEstimate};
+
+/// All messages of one topic, in the order of the bag. A damaged bag is a failure.
+pub fn messages<M: RosMessage>(bag: &Path, topic: &str) -> Vec<M> {
+    let bag = Bag::open(bag).unwrap();
+    let topic = bag.find_topic(M::TYPE_NAME, topic, Some(topic)).unwrap();
+    let mut reader = bag.messages(&Selection::topics([topic]));
+    let mut all = Vec::new();
+    while let Some(message) = reader.next() {
+        all.push(cdr::decode(message.data).unwrap());
+    }
+    assert!(reader.warnings().is_empty(), "{:?}", reader.warnings());
+    all
+}
+
+/// All estimates of a recording.
+pub fn estimates(bag: &Path) -> Vec<SelfCalibrationEstimate> {
+    messages(bag, "/self_calibration/estimate")
+}
+
+/// Copies a bag without one topic.
+pub fn without_topic(bag: &Path, to: &Path, topic: &str) {
+    copy_messages(bag, to, |name, data| {
+        (name != topic).then(|| data.to_owned())
+    });
+}
+
+/// Copies a bag with its Imu messages changed; the change is told which one it has, from 0.
+pub fn alter_imu(bag: &Path, to: &Path, mut change: impl FnMut(usize, &mut Imu)) {
+    let mut index = 0;
+    copy_messages(bag, to, |name, data| {
+        let mut payload = data.to_owned();
+        if name == "/imu/data_raw" {
+            let mut imu: Imu = cdr::decode(data).unwrap();
+            change(index, &mut imu);
+            index += 1;
+            payload.clear();
+            cdr::encode(&imu, &mut payload).unwrap();
+        }
+        Some(payload)
+    });
+}
+
+fn copy_messages(bag: &Path, to: &Path, mut copy: impl FnMut(&str, &[u8]) -> Option<Vec<u8>>) {
+    let bag = Bag::open(bag).unwrap();
+    let mut writer = BagWriter::create(to, WriteOptions::default()).unwrap();
+    let mut reader = bag.messages(&Selection::default());
+    while let Some(message) = reader.next() {
+        let topic = &bag.topics()[message.topic];
+        if let Some(payload) = copy(&topic.name, message.data) {
+            let new = NewTopic::named(&topic.name, &topic.type_name, topic.qos.clone());
+            let id = writer.add_topic(new).unwrap();
+            writer
+                .write_payload(id, message.log_time, message.publish_time, &payload)
+                .unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
