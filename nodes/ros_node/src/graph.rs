@@ -72,6 +72,14 @@ impl Graph {
             .map_or(0, |endpoint| endpoint.matched.len())
     }
 
+    /// Whether any endpoint of ours is matched with this remote one.
+    pub(crate) fn is_matched(&self, remote: GUID) -> bool {
+        let endpoints = self.endpoints();
+        endpoints
+            .values()
+            .any(|endpoint| endpoint.matched.contains(&remote))
+    }
+
     /// Every incompatibility there is: topic and what does not fit.
     pub(crate) fn incompatible(&self) -> Vec<(String, String)> {
         let endpoints = self.endpoints();

@@ -38,7 +38,6 @@ struct Shared {
     remaps: Vec<RemapRule>,
     arguments: Vec<String>,
     parameters: Parameters,
-    participant: DomainParticipant,
     ros: Arc<Mutex<ros2_client::Node>>,
     graph: Arc<Graph>,
     clock: Clock,
@@ -47,6 +46,8 @@ struct Shared {
     ready: AtomicBool,
     endpoints: Mutex<Endpoints>,
     tasks: Mutex<Vec<JoinHandle<()>>>,
+    // Dropped last: endpoints that outlive their participant complain.
+    participant: DomainParticipant,
 }
 
 /// What the diagnostics watch.
@@ -381,7 +382,12 @@ impl Node {
                 what: format!("a client of {name}"),
                 reason: error.to_string(),
             })?;
-        Ok(Client::new(client, self.shared.participant.clone(), name))
+        Ok(Client::new(
+            client,
+            self.shared.participant.clone(),
+            Arc::clone(&self.shared.graph),
+            name,
+        ))
     }
 
     fn service_names(
@@ -434,6 +440,10 @@ impl Node {
 
     pub(crate) fn is_ready(&self) -> bool {
         self.shared.ready.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn participant(&self) -> DomainParticipant {
+        self.shared.participant.clone()
     }
 
     pub(crate) fn shutdown_handle(&self) -> &Shutdown {

@@ -128,8 +128,10 @@ where
     };
     tokio::time::sleep(LINGER).await;
     node.stop_tasks().await;
+    let participant = node.participant();
     drop(node);
     tokio::time::sleep(FAREWELL).await;
+    drop(participant);
     outcome
 }
 

@@ -6,7 +6,10 @@ use std::time::Duration;
 use ros2_client::{Message, RmwRequestId, Server};
 use rustdds::DomainParticipant;
 
+use tokio::time::Instant;
+
 use crate::error::{Error, Result};
+use crate::graph::Graph;
 
 /// Answers requests of one service.
 pub struct Service<Request: Message, Response: Message> {
@@ -62,6 +65,8 @@ where
 pub struct Client<Request: Message, Response: Message> {
     client: Arc<ros2_client::Client<Request, Response>>,
     participant: DomainParticipant,
+    graph: Arc<Graph>,
+    created: Instant,
     name: String,
 }
 
@@ -75,9 +80,9 @@ impl<Request: Message, Response: Message> std::fmt::Debug for Client<Request, Re
 
 /// How often discovery is asked whether a server is there.
 const DISCOVERY_POLL: Duration = Duration::from_millis(20);
-/// Time for the server to find our reader of answers after we have found the server; a volatile answer sent earlier
-/// would be lost.
-const SETTLE: Duration = Duration::from_millis(200);
+/// Time that a server has to find the reader of answers of a new client. An answer sent before would be lost, and
+/// nobody tells us when it is done.
+const SETTLE: Duration = Duration::from_millis(500);
 
 impl<Request, Response> Client<Request, Response>
 where
@@ -87,45 +92,50 @@ where
     pub(crate) fn new(
         client: ros2_client::Client<Request, Response>,
         participant: DomainParticipant,
+        graph: Arc<Graph>,
         name: String,
     ) -> Self {
         Self {
             client: Arc::new(client),
             participant,
+            graph,
+            created: Instant::now(),
             name,
         }
     }
 
     /// Waits until a server is there; `false` where the time ran out.
     pub async fn wait_for_service(&self, timeout: Duration) -> bool {
+        let there = async {
+            while !self.is_matched() {
+                tokio::time::sleep(DISCOVERY_POLL).await;
+            }
+            tokio::time::sleep_until(self.created + SETTLE).await;
+        };
+        tokio::time::timeout(timeout, there).await.is_ok()
+    }
+
+    /// Whether both of our ends have found those of a server.
+    fn is_matched(&self) -> bool {
         let (requests, replies) = (
             format!("rq{}Request", self.name),
             format!("rr{}Reply", self.name),
         );
-        let mut waited = false;
-        let there = async {
-            loop {
-                let server_reads = self
-                    .participant
-                    .discovered_readers()
-                    .iter()
-                    .any(|r| *r.subscription_topic_data.topic_name() == requests);
-                let server_writes = self
-                    .participant
-                    .discovered_writers()
-                    .iter()
-                    .any(|w| w.publication_topic_data.topic_name == replies);
-                if server_reads && server_writes {
-                    break;
-                }
-                waited = true;
-                tokio::time::sleep(DISCOVERY_POLL).await;
-            }
-            if waited {
-                tokio::time::sleep(SETTLE).await;
-            }
-        };
-        tokio::time::timeout(timeout, there).await.is_ok()
+        let readers = self.participant.discovered_readers();
+        let writers = self.participant.discovered_writers();
+        let reads = readers.iter().any(|reader| {
+            *reader.subscription_topic_data.topic_name() == requests
+                && self
+                    .graph
+                    .is_matched(reader.reader_proxy.remote_reader_guid)
+        });
+        reads
+            && writers.iter().any(|writer| {
+                writer.publication_topic_data.topic_name == replies
+                    && self
+                        .graph
+                        .is_matched(writer.writer_proxy.remote_writer_guid)
+            })
     }
 
     /// Waits for the server, asks and waits for its answer. The very first call to a server may take some seconds.
@@ -137,7 +147,7 @@ where
             service: self.name.clone(),
             reason,
         };
-        let deadline = tokio::time::Instant::now() + timeout;
+        let deadline = Instant::now() + timeout;
         if !self.wait_for_service(timeout).await {
             return Err(failed(format!(
                 "no server within {:.1} s",

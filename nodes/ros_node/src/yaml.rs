@@ -25,9 +25,10 @@ impl Yaml {
     }
 }
 
-/// The first line of a message that may go over several, without trailing colon.
+/// The first line of a message that goes over several.
 fn one_line(message: &str) -> String {
-    message.lines().next().unwrap_or_default().trim().to_owned()
+    let line = message.lines().next().unwrap_or_default().trim();
+    line.trim_start_matches("error: ").to_owned()
 }
 
 impl fmt::Display for Yaml {

@@ -1,0 +1,331 @@
+//! Two nodes over real DDS, in a network namespace that has loopback only.
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use ros_node::{Node, NodeBuilder, Parameter, Qos};
+use ros2_client::rcl_interfaces as rcl;
+use rotary_sins_msgs::builtin_interfaces::Time;
+use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, KeyValue};
+use rotary_sins_msgs::rosgraph_msgs::Clock;
+use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
+
+const LONG: Duration = Duration::from_secs(15);
+
+/// Runs a program where no other participant can be heard.
+fn isolated(program: &PathBuf, arguments: &[&str]) -> Command {
+    let script = "ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo; exec \"$@\"";
+    let permitted = Command::new("unshare")
+        .args(["-n", "true"])
+        .status()
+        .is_ok_and(|status| status.success());
+    let mut command = if permitted {
+        let mut command = Command::new("unshare");
+        command
+            .args(["-n", "bash", "-c", script, "bash"])
+            .arg(program);
+        command
+    } else {
+        eprintln!("unshare -n is not permitted: localhost and a domain of its own instead");
+        let mut command = Command::new(program);
+        command
+            .env("ROS_DOMAIN_ID", (1 + std::process::id() % 200).to_string())
+            .env("ROS_LOCALHOST_ONLY", "1");
+        command
+    };
+    command.args(arguments);
+    command
+}
+
+/// Runs one of the tests below, which are ignored otherwise, by itself.
+fn run_inner(test: &str) {
+    let me = std::env::current_exe().unwrap();
+    let status = isolated(&me, &["--ignored", "--exact", test, "--nocapture"])
+        .status()
+        .unwrap();
+    assert!(status.success(), "{test}: {status}");
+}
+
+fn start(name: &str, arguments: &[&str]) -> Node {
+    let gain = Parameter::new("gain", 1.0)
+        .range(0.0, 2.0)
+        .unit("1")
+        .changeable();
+    let builder = NodeBuilder::new(name)
+        .parameter(gain)
+        .parameter(Parameter::new("rate", 10.0));
+    builder.start(arguments.iter().copied()).unwrap()
+}
+
+fn key_value(key: &str, value: usize) -> KeyValue {
+    KeyValue {
+        key: key.to_owned(),
+        value: value.to_string(),
+    }
+}
+
+#[test]
+fn messages_go_over_whatever_the_reliability() {
+    run_inner("inner_messages");
+}
+
+/// A reliable subscription takes everything from a reliable and from a best-effort publisher, nothing twice, and
+/// remapped names meet.
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "run by the test of its namespace"]
+async fn inner_messages() {
+    let sender = start("sender", &["--ros-args", "-r", "out:=/ship/in"]);
+    let receiver = start("receiver", &["--ros-args", "-r", "__ns:=/ship"]);
+    let mut subscription = receiver
+        .subscription::<KeyValue>("in", Qos::sensor())
+        .unwrap();
+    let reliable = sender.publisher::<KeyValue>("out", Qos::sensor()).unwrap();
+    assert!(reliable.wait_for_subscribers(1, LONG).await);
+    let best_effort = sender
+        .publisher::<KeyValue>("out", Qos::best_effort(100))
+        .unwrap();
+    // Polling lets the subscription open its second reader once it has heard of the best-effort publisher.
+    let waiting = Instant::now();
+    while best_effort.subscriber_count() < 1 {
+        assert!(
+            waiting.elapsed() < LONG,
+            "the best-effort publisher is not heard"
+        );
+        assert!(
+            tokio::time::timeout(Duration::from_millis(50), subscription.recv())
+                .await
+                .is_err()
+        );
+    }
+    for k in 0..500 {
+        assert!(reliable.publish(key_value("reliable", k)));
+        if k < 50 {
+            assert!(best_effort.publish(key_value("best effort", k)));
+        }
+    }
+    let mut received = Vec::new();
+    while let Ok(batch) =
+        tokio::time::timeout(Duration::from_secs(1), subscription.recv_batch(100)).await
+    {
+        received.extend(batch);
+    }
+    let of = |key: &str| -> Vec<usize> {
+        received
+            .iter()
+            .filter(|m| m.key == key)
+            .map(|m| m.value.parse().unwrap())
+            .collect()
+    };
+    assert_eq!(of("reliable"), (0..500).collect::<Vec<_>>());
+    assert_eq!(of("best effort"), (0..50).collect::<Vec<_>>());
+    assert_eq!(
+        (
+            subscription.statistics().lost(),
+            reliable.statistics().dropped()
+        ),
+        (0, 0)
+    );
+}
+
+#[test]
+fn latched_messages_reach_late_subscribers() {
+    run_inner("inner_latched");
+}
+
+/// Transient local: who subscribes later still gets the last message; the clock of a node follows `/clock`.
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "run by the test of its namespace"]
+async fn inner_latched() {
+    let sender = start("sender", &[]);
+    let latched = sender
+        .publisher::<KeyValue>("calibration", Qos::latched(1))
+        .unwrap();
+    latched.publish(key_value("k", 7));
+    let clock = sender
+        .publisher::<Clock>("/clock", Qos::reliable(10))
+        .unwrap();
+    let receiver = start("receiver", &["--ros-args", "-p", "use_sim_time:=true"]);
+    let mut subscription = receiver
+        .subscription::<KeyValue>("calibration", Qos::latched(1))
+        .unwrap();
+    let message = tokio::time::timeout(LONG, subscription.recv())
+        .await
+        .unwrap();
+    assert_eq!(message.value, "7");
+    assert!(clock.wait_for_subscribers(1, LONG).await);
+    assert_eq!(receiver.now_nanos(), 0);
+    clock.publish(Clock {
+        clock: Time {
+            sec: 12,
+            nanosec: 5,
+        },
+    });
+    tokio::time::timeout(LONG, receiver.clock().wait_until_known())
+        .await
+        .unwrap();
+    assert_eq!(receiver.now_nanos(), 12_000_000_005);
+}
+
+#[test]
+fn services_and_parameters_answer() {
+    run_inner("inner_services");
+}
+
+/// A service answers; parameters are described, set, and refused with a reason; diagnostics name the node.
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "run by the test of its namespace"]
+async fn inner_services() {
+    let server = start("server", &["--ros-args", "-p", "rate:=25"]);
+    let asking = start("asking", &[]);
+    server
+        .serve("~/start", "std_srvs/srv/Trigger", |_: TriggerRequest| {
+            TriggerResponse {
+                success: true,
+                message: "begun".into(),
+            }
+        })
+        .unwrap();
+    let client = asking
+        .client::<TriggerRequest, TriggerResponse>("/server/start", "std_srvs/srv/Trigger")
+        .unwrap();
+    assert_eq!(
+        client
+            .call(TriggerRequest::default(), LONG)
+            .await
+            .unwrap()
+            .message,
+        "begun"
+    );
+
+    let get = asking
+        .client("/server/get_parameters", "rcl_interfaces/srv/GetParameters")
+        .unwrap();
+    let request = rcl::GetParametersRequest {
+        names: vec!["rate".into()],
+    };
+    let answer: rcl::GetParametersResponse = get.call(request, LONG).await.unwrap();
+    assert_eq!(answer.values[0].double_value, 25.0);
+
+    let set = asking
+        .client("/server/set_parameters", "rcl_interfaces/srv/SetParameters")
+        .unwrap();
+    let change = |name: &str, value: f64| ros2_client::parameters::Parameter {
+        name: name.into(),
+        value: ros2_client::ParameterValue::Double(value),
+    };
+    let wanted = [
+        change("gain", 1.5),
+        change("gain", 9.0),
+        change("rate", 1.0),
+    ];
+    let request = rcl::SetParametersRequest {
+        parameter: wanted.into_iter().map(Into::into).collect(),
+    };
+    let answer: rcl::SetParametersResponse = set.call(request, LONG).await.unwrap();
+    assert_eq!(
+        answer
+            .results
+            .iter()
+            .map(|r| r.successful)
+            .collect::<Vec<_>>(),
+        [true, false, false]
+    );
+    assert!(
+        answer.results[1].reason.contains("from 0.0 to 2.0"),
+        "{}",
+        answer.results[1].reason
+    );
+    assert!(
+        answer.results[2].reason.contains("read-only"),
+        "{}",
+        answer.results[2].reason
+    );
+    assert_eq!(server.parameter::<f64>("gain").unwrap(), 1.5);
+
+    let mut diagnostics = asking
+        .subscription::<DiagnosticArray>("/diagnostics", Qos::reliable(10))
+        .unwrap();
+    let array = tokio::time::timeout(LONG, diagnostics.recv())
+        .await
+        .unwrap();
+    assert!(
+        array.status[0].name.ends_with(": topics"),
+        "{}",
+        array.status[0].name
+    );
+}
+
+/// The example that stands for a node's executable.
+fn minimal() -> PathBuf {
+    let mut path = std::env::current_exe().unwrap();
+    path.pop();
+    path.pop();
+    path.join("examples/minimal")
+}
+
+fn output(arguments: &[&str]) -> Output {
+    isolated(&minimal(), arguments).output().unwrap()
+}
+
+/// Unusable arguments: one line that names them, status 2.
+#[test]
+fn unusable_arguments_end_with_status_2() {
+    for (arguments, named) in [
+        (vec!["--ros-args", "-p", "rat:=3"], "'rate'"),
+        (vec!["--ros-args", "-p", "rate:=fast"], "'fast'"),
+        (vec!["--ros-args", "--frob"], "'--frob'"),
+        (vec!["stray"], "'stray'"),
+        (
+            vec!["--ros-args", "--params-file", "/nowhere.yaml"],
+            "/nowhere.yaml",
+        ),
+        (vec!["--ros-args", "-r", "status:=a//b"], "a//b"),
+    ] {
+        let output = output(&arguments);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains(named) && text.lines().count() == 1, "{text}");
+    }
+}
+
+/// A panic becomes a FATAL line and a status that is not zero.
+#[test]
+fn a_panic_is_fatal() {
+    let output = output(&["--ros-args", "-p", "panic:=true"]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(101), "{text}");
+    assert!(
+        text.lines()
+            .any(|line| line.starts_with("[FATAL] [") && line.contains("asked to")),
+        "{text}"
+    );
+}
+
+/// SIGINT and SIGTERM end the node within a second and a half, status 0.
+#[test]
+fn signals_end_the_node_cleanly() {
+    for signal in ["-INT", "-TERM"] {
+        let mut child = isolated(&minimal(), &[])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_secs(2));
+        let sent = Instant::now();
+        assert!(
+            Command::new("kill")
+                .args([signal, &child.id().to_string()])
+                .status()
+                .unwrap()
+                .success()
+        );
+        let status = child.wait().unwrap();
+        assert_eq!(status.code(), Some(0), "{signal}");
+        assert!(
+            sent.elapsed() < Duration::from_millis(1500),
+            "{signal}: {:?}",
+            sent.elapsed()
+        );
+    }
+}
