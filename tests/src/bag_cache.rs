@@ -84,7 +84,10 @@ pub fn mcap_of(bag: &Path) -> PathBuf {
     fs::read_dir(bag)
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .find(|path| path.extension().is_some_and(|extension| extension == "mcap"))
+        .find(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "mcap")
+        })
         .unwrap_or_else(|| panic!("{}: no .mcap file in it", bag.display()))
 }
 

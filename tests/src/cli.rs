@@ -69,7 +69,11 @@ impl Answer {
             self.stdout, self.stderr
         );
         assert_eq!(self.stdout.trim(), "", "standard output of a refusal");
-        let lines: Vec<&str> = self.stderr.lines().filter(|l| !l.trim().is_empty()).collect();
+        let lines: Vec<&str> = self
+            .stderr
+            .lines()
+            .filter(|l| !l.trim().is_empty())
+            .collect();
         assert_eq!(lines.len(), 1, "one line expected:\n{}", self.stderr);
         self.expect_words(words);
     }

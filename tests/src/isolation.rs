@@ -28,9 +28,7 @@ pub fn isolated<F: FnOnce()>(body: F) {
     }
     let name = test_name::<F>();
     let bin_dir = executables();
-    let _turn = ONE_AT_A_TIME
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
+    let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let mut command = if let Some(mut unshare) = permitted_unshare() {
         unshare
             .args(["bash", "-c", ENTER, "bash"])

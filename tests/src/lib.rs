@@ -19,6 +19,7 @@ mod isolation;
 mod peers;
 mod process;
 mod recording;
+mod scene;
 mod tolerance;
 
 pub use bag_cache::{Simulation, copy_bag, mcap_of, scratch};
@@ -28,4 +29,5 @@ pub use isolation::isolated;
 pub use peers::{Peer, data_file, peer_python, skip};
 pub use process::{Program, Running, wait_until};
 pub use recording::{alter_imu, estimates, messages, without_topic};
+pub use scene::Scene;
 pub use tolerance::{assert_within_sigmas, vector};

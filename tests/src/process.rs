@@ -96,8 +96,14 @@ impl Program {
     pub fn start(&self, folder: &Path) -> Running {
         fs::create_dir_all(folder).unwrap();
         let log = folder.join(format!("{}.log", self.label));
-        let mut file = File::options().create(true).append(true).open(&log).unwrap();
-        let command_line = [&self.arguments[..], &self.ros_arguments[..]].concat().join(" ");
+        let mut file = File::options()
+            .create(true)
+            .append(true)
+            .open(&log)
+            .unwrap();
+        let command_line = [&self.arguments[..], &self.ros_arguments[..]]
+            .concat()
+            .join(" ");
         writeln!(file, "$ {} {command_line}", self.path.display()).unwrap();
         let log_from = usize::try_from(file.metadata().unwrap().len()).unwrap();
         let child = self

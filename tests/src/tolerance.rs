@@ -17,7 +17,13 @@ pub fn vector(json: &Value, key: &str) -> Vec<f64> {
 }
 
 /// Fails unless each estimate lies within `limit` of its own sigmas from the truth.
-pub fn assert_within_sigmas(what: &str, estimate: &[f64], truth: &[f64], sigma: &[f64], limit: f64) {
+pub fn assert_within_sigmas(
+    what: &str,
+    estimate: &[f64],
+    truth: &[f64],
+    sigma: &[f64],
+    limit: f64,
+) {
     assert_eq!(estimate.len(), truth.len(), "{what}: {estimate:?}");
     assert_eq!(sigma.len(), truth.len(), "{what}: {sigma:?}");
     for i in 0..truth.len() {

@@ -1,0 +1,49 @@
+"""Reads topics: observe.py NAME TYPE COUNT [NAME TYPE COUNT ...]
+
+Waits for COUNT messages of each; answers with the first and the last of them and with the graph as rclpy sees it.
+A COUNT that ends in `L` asks for the latched messages: transient local.
+"""
+
+import sys
+
+import rclpy
+from peer import answer, message_type, plain, reliable, spin_until
+
+rclpy.init()
+node = rclpy.create_node("observer")
+wanted = {}
+received = {}
+arguments = sys.argv[1:]
+for name, type_name, count in zip(arguments[0::3], arguments[1::3], arguments[2::3]):
+    wanted[name] = int(count.rstrip("L"))
+    received[name] = []
+    node.create_subscription(
+        message_type(type_name), name, received[name].append, reliable(latched=count.endswith("L"))
+    )
+spin_until(
+    node,
+    lambda: all(len(received[name]) >= count for name, count in wanted.items()),
+    f"{wanted} messages",
+)
+answer(
+    {
+        "nodes": sorted(f"{space.rstrip('/')}/{name}" for name, space in node.get_node_names_and_namespaces()),
+        "topics": dict(node.get_topic_names_and_types()),
+        "services": dict(node.get_service_names_and_types()),
+        "publishers": {
+            name: [
+                {
+                    "node": info.node_name,
+                    "type": info.topic_type,
+                    "reliability": info.qos_profile.reliability.name,
+                    "durability": info.qos_profile.durability.name,
+                }
+                for info in node.get_publishers_info_by_topic(name)
+            ]
+            for name in wanted
+        },
+        "first": {name: plain(messages[0]) for name, messages in received.items()},
+        "last": {name: plain(messages[-1]) for name, messages in received.items()},
+    }
+)
+rclpy.shutdown()

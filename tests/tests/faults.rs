@@ -1,0 +1,220 @@
+//! Faulty input: one clear line that names file, topic or key, the right exit status, and no panic.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rotary_sins_msgs::sensor_msgs::Imu;
+use suite_tests::{
+    Answer, Simulation, alter_imu, copy_bag, executable, rotary_sins, scratch, without_topic,
+};
+
+const IMU: &str = "/imu/data_raw";
+/// Standard gravity [m/s²], for a driver that reports specific force in g.
+const STANDARD_GRAVITY: f64 = 9.806_65;
+const RATE_HZ: usize = 10;
+
+/// 12 minutes at rest: enough to align, too little to calibrate.
+fn at_rest() -> PathBuf {
+    Simulation::new("static", 0.2, RATE_HZ as f64, 3).bag()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn calibrate(bag: &Path) -> Answer {
+    rotary_sins(&["calibrate", text(bag), "--json"])
+}
+
+/// A faulty copy of the bag at rest.
+fn altered(test: &str, change: impl FnMut(usize, &mut Imu)) -> PathBuf {
+    let bag = scratch(test).join("altered.mcap");
+    alter_imu(&at_rest(), &bag, change);
+    bag
+}
+
+fn shift(imu: &mut Imu, seconds: i32) {
+    imu.header.stamp.sec += seconds;
+}
+
+/// A bag that was cut off is read as far as it goes, and a line says where it ends.
+#[test]
+fn truncated_bag_is_read_to_its_end() {
+    let bag = scratch("truncated").join("truncated.mcap");
+    copy_bag(&at_rest(), &bag, |bytes| {
+        bytes.truncate(bytes.len() * 2 / 3)
+    });
+    let answer = calibrate(&bag).expect_status(1);
+    answer.expect_words(&["truncated.mcap", "ends at byte"]);
+    let duration = answer.json()["duration_s"].as_f64().unwrap();
+    assert!(duration > 300.0 && duration < 700.0, "{duration} s");
+}
+
+/// A chunk with a broken byte is left out, a line says which, and the result says that samples are missing.
+#[test]
+fn corrupted_chunk_is_left_out() {
+    let bag = scratch("corrupted").join("corrupted.mcap");
+    copy_bag(&at_rest(), &bag, |bytes| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 0xff;
+    });
+    let answer = calibrate(&bag).expect_status(1);
+    answer.expect_words(&["corrupted.mcap", "chunk at byte", "left out"]);
+    assert_ne!(answer.json()["gaps"], 0);
+}
+
+/// A file that is no bag is refused by name.
+#[test]
+fn text_file_is_no_bag() {
+    let bag = scratch("no_bag").join("notes.mcap");
+    std::fs::write(&bag, "not a bag").unwrap();
+    calibrate(&bag).expect_refusal(&["notes.mcap"]);
+}
+
+/// A bag that is not there is refused by name, by every command that reads one.
+#[test]
+fn absent_bag_is_refused() {
+    for command in ["calibrate", "align", "info", "play"] {
+        rotary_sins(&[command, "/nowhere/at/all"]).expect_refusal(&["/nowhere/at/all"]);
+    }
+}
+
+/// A bag without IMU samples is refused with the topic that is missing and those that are there.
+#[test]
+fn missing_topic_is_named() {
+    let bag = scratch("missing_topic").join("no_imu.mcap");
+    without_topic(&at_rest(), &bag, IMU);
+    calibrate(&bag).expect_refusal(&["no_imu.mcap", IMU, "/fix"]);
+}
+
+/// Without a position nothing can be aligned, and the line says what would help.
+#[test]
+fn missing_position_is_named() {
+    let bag = scratch("missing_position").join("no_fix.mcap");
+    without_topic(&at_rest(), &bag, "/fix");
+    calibrate(&bag).expect_refusal(&["no_fix.mcap", "/fix"]);
+}
+
+/// A sample that is not finite is left out; the line names the topic, the result counts it as a gap.
+#[test]
+fn sample_that_is_not_finite_is_left_out() {
+    let bag = altered("not_finite", |index, imu| {
+        if index == 5000 {
+            imu.angular_velocity.y = f64::NAN;
+        }
+    });
+    let answer = calibrate(&bag).expect_status(1);
+    answer.expect_words(&[IMU, "not finite"]);
+    let json = answer.json();
+    assert_eq!(json["gaps"], 1);
+    assert!(json["state"].as_array().unwrap().iter().all(|v| v.is_f64()));
+}
+
+/// Samples that are missing are counted, and a line says so.
+#[test]
+fn stamps_that_jump_forward_are_a_gap() {
+    let bag = altered("jump_forward", |index, imu| {
+        if index >= 5000 {
+            shift(imu, 2);
+        }
+    });
+    let answer = calibrate(&bag).expect_status(1);
+    answer.expect_words(&["gap"]);
+    assert_eq!(answer.json()["gaps"], 1);
+}
+
+/// Stamps that go back by long start the alignment anew: only what comes after counts.
+#[test]
+fn stamps_that_jump_back_start_anew() {
+    let jump = 3000;
+    let bag = altered("jump_back", |index, imu| {
+        if index >= jump {
+            shift(imu, -200);
+        }
+    });
+    let answer = calibrate(&bag).expect_status(1);
+    let duration = answer.json()["duration_s"].as_f64().unwrap();
+    let after = 720.0 - (jump / RATE_HZ) as f64;
+    assert!(
+        (duration - after).abs() < 2.0,
+        "{duration} s, {after} s after the jump"
+    );
+}
+
+/// Specific force in g instead of m/s² is no gravity, and the line says so.
+#[test]
+fn specific_force_in_g_is_refused() {
+    let bag = altered("in_g", |_, imu| {
+        imu.linear_acceleration.x /= STANDARD_GRAVITY;
+        imu.linear_acceleration.y /= STANDARD_GRAVITY;
+        imu.linear_acceleration.z /= STANDARD_GRAVITY;
+    });
+    calibrate(&bag).expect_refusal(&["altered.mcap", "m/s"]);
+}
+
+/// An option of the command line that does not exist is refused with its name.
+#[test]
+fn unknown_option_is_named() {
+    let answer = rotary_sins(&["calibrate", text(&at_rest()), "--sped", "3"]);
+    assert_eq!(answer.status, 2);
+    answer.expect_words(&["--sped"]);
+}
+
+/// An unknown scheme is refused with the known ones.
+#[test]
+fn unknown_scheme_is_named() {
+    let output = scratch("unknown_scheme").join("bag");
+    rotary_sins(&[
+        "simulate",
+        "--scheme",
+        "nine-position",
+        "--hours",
+        "0.1",
+        "--output",
+        text(&output),
+    ])
+    .expect_refusal(&["nine-position", "eight-position"]);
+    assert!(!output.exists());
+}
+
+fn run_node(name: &str, arguments: &[&str]) -> Answer {
+    let mut command = Command::new(executable(name));
+    Answer::from(command.arg("--ros-args").args(arguments).output().unwrap())
+}
+
+/// Every node refuses a parameter that it does not have, with its name, before it touches the network.
+#[test]
+fn unknown_parameter_is_named() {
+    for node in [
+        "imu_simulator",
+        "scheme_sequencer",
+        "self_calibrator",
+        "navigation_compensator",
+    ] {
+        run_node(node, &["-p", "no_such_key:=1"]).expect_refusal(&[node, "no_such_key"]);
+    }
+}
+
+/// A value out of its range is refused with key, value and range.
+#[test]
+fn parameter_out_of_range_is_named() {
+    run_node("imu_simulator", &["-p", "imu_rate_hz:=-5.0"]).expect_refusal(&[
+        "imu_rate_hz",
+        "-5",
+        "1.0 to 1000.0",
+    ]);
+}
+
+/// A parameter file with a key that is not known is refused with file and key.
+#[test]
+fn unknown_key_of_a_parameter_file_is_named() {
+    let file = scratch("parameter_file").join("parameters.yaml");
+    std::fs::write(
+        &file,
+        "self_calibrator:\n  ros__parameters:\n    turn_degrees: 3.0\n",
+    )
+    .unwrap();
+    run_node("self_calibrator", &["--params-file", text(&file)])
+        .expect_refusal(&["parameters.yaml", "turn_degrees"]);
+}

@@ -1,0 +1,165 @@
+//! Bags of our own simulator, replayed over DDS through the nodes in processes of their own.
+#![allow(clippy::unwrap_used)]
+
+use std::time::Duration;
+
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
+use serde_json::Value;
+use suite_tests::{
+    Program, Scene, Simulation, assert_within_sigmas, estimates, isolated, messages, rotary_sins,
+    vector,
+};
+
+/// 4 h of the eight-position scheme, reading D, 10 Hz: 144 000 samples.
+fn four_hours() -> Simulation {
+    Simulation::new("eight-position", 4.0, 10.0, 20)
+}
+
+/// Ten thousand samples a second.
+const FAST: f64 = 1000.0;
+/// Slow enough that a node can be killed and started within the replay.
+const SLOW: f64 = 400.0;
+const PATIENCE: Duration = Duration::from_secs(120);
+
+const ESTIMATE: &str = "/self_calibration/estimate";
+const CALIBRATION: &str = "/self_calibration/calibration";
+const TRUTH: &str = "/ground_truth/calibration";
+
+fn calibrator() -> Program {
+    Program::new("self_calibrator")
+}
+
+fn compensator() -> Program {
+    Program::new("navigation_compensator").parameter("output_rate_hz", "1.0")
+}
+
+/// Every drift and bias within 3.5 of its own sigmas of the truth that the simulator wrote into the bag.
+fn assert_converged(estimate: &SelfCalibrationEstimate, truth: &Calibration) {
+    assert_eq!(estimate.phase_name, "converged");
+    assert_within_sigmas(
+        "gyroscope drift [rad/s]",
+        &estimate.gyroscope_drift,
+        &truth.gyroscope_drift,
+        &estimate.gyroscope_drift_std,
+        3.5,
+    );
+    assert_within_sigmas(
+        "accelerometer bias [m/s^2]",
+        &estimate.accelerometer_bias,
+        &truth.accelerometer_bias,
+        &estimate.accelerometer_bias_std,
+        3.5,
+    );
+}
+
+/// Bit by bit, so that -0.0 and 0.0 differ too.
+fn assert_same_bits(what: &str, node: &[f64], json: &Value, key: &str) {
+    let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    assert_eq!(
+        bits(node),
+        bits(&vector(json, key)),
+        "{what}: node {node:?}, command line {}",
+        json[key]
+    );
+}
+
+/// A whole scheme replayed through both nodes: the estimate converges to the truth, no sample is lost, and it is, to the
+/// last bit, what `calibrate` makes of the same bag.
+#[test]
+fn replay_converges_and_equals_the_command_line() {
+    isolated(|| {
+        let bag = four_hours().bag();
+        let mut scene = Scene::new("replay_equals");
+        scene.start(&calibrator());
+        scene.start(&compensator());
+        let recording = scene.record("recording", &[ESTIMATE, CALIBRATION, "/odometry"]);
+        scene.finish(scene.play(&bag, FAST));
+        scene.end();
+
+        let all = estimates(&recording);
+        let last = all.last().unwrap();
+        let truth: Vec<Calibration> = messages(&bag, TRUTH);
+        assert_eq!((last.gaps, last.lost_samples), (0, 0), "{}", last.message);
+        assert_converged(last, &truth[0]);
+        let calibrations: Vec<Calibration> = messages(&recording, CALIBRATION);
+        assert!(calibrations[0].converged && calibrations[0].valid);
+        let odometry: Vec<Odometry> = messages(&recording, "/odometry");
+        assert!(
+            odometry.len() > 1000,
+            "{} odometry messages",
+            odometry.len()
+        );
+
+        let json = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"])
+            .expect_status(0)
+            .json();
+        assert_eq!(json["samples"], last.samples);
+        assert_eq!(json["phase"], "converged");
+        assert_same_bits("state", &last.state, &json, "state");
+        assert_same_bits("covariance", &last.covariance, &json, "covariance");
+        let drift = "gyroscope_drift_rad_s";
+        assert_same_bits(drift, &last.gyroscope_drift, &json, drift);
+        let bias = "accelerometer_bias_m_s2";
+        assert_same_bits(bias, &last.accelerometer_bias, &json, bias);
+        let q = &last.attitude;
+        assert_same_bits("attitude", &[q.x, q.y, q.z, q.w], &json, "attitude_xyzw");
+    });
+}
+
+/// A calibrator that is killed in the middle of a replay and started again aligns anew and converges; the compensator
+/// goes on meanwhile.
+#[test]
+fn killed_calibrator_aligns_anew_and_converges() {
+    isolated(|| {
+        let bag = four_hours().bag();
+        let mut scene = Scene::new("killed_calibrator");
+        let mut first = scene.start_apart(&calibrator());
+        let mut compensator = scene.start_apart(&compensator());
+        let recording = scene.record("recording", &[ESTIMATE, "/odometry"]);
+        let player = scene.play(&bag, SLOW);
+        first.wait_for_line("-> calibrating", PATIENCE);
+        first.kill();
+        let mut second = scene.start_apart(&calibrator().label("self_calibrator_again"));
+        second.wait_for_line("-> calibrating", PATIENCE);
+        assert!(compensator.is_running());
+        scene.finish(player);
+        second.interrupt();
+        compensator.interrupt();
+        scene.end();
+
+        let all = estimates(&recording);
+        // The time that an alignment has lasted falls back once.
+        let restarts = all
+            .windows(2)
+            .filter(|w| w[1].duration < w[0].duration)
+            .count();
+        assert_eq!(restarts, 1);
+        let truth: Vec<Calibration> = messages(&bag, TRUTH);
+        assert_converged(all.last().unwrap(), &truth[0]);
+        let odometry: Vec<Odometry> = messages(&recording, "/odometry");
+        let last = odometry.last().unwrap().header.stamp;
+        let end = all.last().unwrap().header.stamp;
+        assert!(
+            i64::from(end.sec) - i64::from(last.sec) < 5,
+            "odometry ends at {last:?}"
+        );
+    });
+}
+
+/// A compensator that starts after the calibration was published gets it, and navigates with it.
+#[test]
+fn late_compensator_gets_the_latched_calibration() {
+    isolated(|| {
+        let bag = four_hours().bag();
+        let mut scene = Scene::new("late_compensator");
+        let mut calibrator = scene.start_apart(&calibrator());
+        let player = scene.play(&bag, SLOW);
+        calibrator.wait_for_line("-> converged", PATIENCE);
+        let mut late = scene.start_apart(&compensator());
+        late.wait_for_line("calibration from /self_calibrator", PATIENCE);
+        scene.finish(player);
+        calibrator.interrupt();
+        late.interrupt();
+    });
+}
