@@ -270,7 +270,7 @@ async fn main() {
         Some("run") => run(&args[1..]),
         Some("publish") => publish(&Settings::from_args(&args[1..])),
         Some(reader) if reader.starts_with("read") => {
-            read(Settings::from_args(&args[1..]), &reader[4..]).await
+            read(Settings::from_args(&args[1..]), &reader[4..]).await;
         }
         _ => println!(
             "throughput run SAMPLES IMU_PER_SECOND JOINT_EVERY READERS DEPTH TICK_MS WAIT_MS"

@@ -37,15 +37,12 @@ impl Clock {
 
     /// Waits until it is `nanos`; at once where it is later already.
     pub async fn sleep_until(&self, nanos: i64) {
-        match &self.simulated {
-            Some(time) => {
-                // The sender lives in `self`, so that waiting can only end by the time having come.
-                time.subscribe().wait_for(|now| *now >= nanos).await.ok();
-            }
-            None => {
-                let ahead = u64::try_from(nanos - system_nanos()).unwrap_or(0);
-                tokio::time::sleep(Duration::from_nanos(ahead)).await;
-            }
+        if let Some(time) = &self.simulated {
+            // The sender lives in `self`, so that waiting can only end by the time having come.
+            time.subscribe().wait_for(|now| *now >= nanos).await.ok();
+        } else {
+            let ahead = u64::try_from(nanos - system_nanos()).unwrap_or(0);
+            tokio::time::sleep(Duration::from_nanos(ahead)).await;
         }
     }
 

@@ -10,6 +10,7 @@ use rotary_sins_msgs::std_msgs::Header;
 
 use crate::clock::Clock;
 use crate::publisher::Publisher;
+use crate::stream_monitor::StreamMonitor;
 
 /// Wall time between two reports.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -77,9 +78,37 @@ impl Report {
     pub fn worsened(mut self, level: Level, message: &str) -> Self {
         if level > self.level {
             self.level = level;
-            self.message = message.to_owned();
+            message.clone_into(&mut self.message);
         }
         self
+    }
+}
+
+/// How a sampled stream is: stale before the first sample, a warning once its stamps were not as they should be.
+impl From<&StreamMonitor> for Report {
+    fn from(monitor: &StreamMonitor) -> Self {
+        let (gaps, lost) = (monitor.gaps(), monitor.lost());
+        let (repeated, backward) = (monitor.repeated(), monitor.backward());
+        let report = match monitor.rate() {
+            Some(rate) => Self::ok(format!("{rate:.2} Hz")).with("rate_hz", format!("{rate:.3}")),
+            None if monitor.received() == 0 => Self::stale("no sample yet"),
+            None => Self::ok("the rate is not known yet"),
+        };
+        let report = if gaps + repeated + backward > 0 {
+            let text = format!(
+                "{gaps} gaps with {lost} samples lost, {repeated} repeated and {backward} backward stamps"
+            );
+            report.worsened(Level::Warn, &text)
+        } else {
+            report
+        };
+        report
+            .with("received", monitor.received())
+            .with("gaps", gaps)
+            .with("lost", lost)
+            .with("repeated_stamps", repeated)
+            .with("backward_stamps", backward)
+            .with("longest_interval_s", monitor.longest_nanos() as f64 * 1e-9)
     }
 }
 

@@ -1,4 +1,63 @@
-//! What every ROS 2 node has and ros2-client leaves out. (documentation follows)
+//! What every ROS 2 node has and ros2-client leaves out.
+//!
+//! ros2-client and RustDDS bring topics, services and actions; this crate makes a *node* of them: the command line of
+//! ROS (`--ros-args`), parameters declared once with description, unit and range, the six parameter services,
+//! `/parameter_events`, `/rosout`, `/diagnostics`, simulated time, name resolution and remapping, the environment
+//! variables of discovery, signals, panics and exit status.
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//! use ros_node::{Node, NodeBuilder, Parameter, Qos};
+//! use rotary_sins_msgs::sensor_msgs::Imu;
+//!
+//! fn main() -> ExitCode {
+//!     let builder = NodeBuilder::new("imu_watch")
+//!         .about("says how fast the IMU samples")
+//!         .parameter(Parameter::new("report_every", 1000_i64).unit("samples").range(1.0, 1e6));
+//!     ros_node::run(builder, watch)
+//! }
+//!
+//! async fn watch(node: Node) -> ros_node::Result<()> {
+//!     let every = node.parameter::<i64>("report_every")? as u64;
+//!     let mut samples = node.subscription::<Imu>("imu/data_raw", Qos::sensor())?;
+//!     let mut monitor = ros_node::StreamMonitor::default();
+//!     node.set_ready();
+//!     loop {
+//!         tokio::select! {
+//!             () = node.shutdown() => return Ok(()),
+//!             sample = samples.recv() => {
+//!                 let stamp = sample.header.stamp;
+//!                 monitor.ingest(i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec));
+//!                 if monitor.received() % every == 0 {
+//!                     tracing::info!("{:?} Hz, {} gaps", monitor.rate(), monitor.gaps());
+//!                 }
+//!             }
+//!         }
+//!     }
+//! }
+//! ```
+//!
+//! # What a node does by itself
+//! | part | behaviour |
+//! | --- | --- |
+//! | arguments | `-r`, `-p`, `--params-file`, `--log-level`, `--[enable,disable]-[rosout,stdout]-logs`, `--`; anything unknown is one line and exit status 2; later values win |
+//! | parameters | [`Parameter`]; unknown keys, wrong types and values out of range are errors; read-only unless [`Parameter::changeable`] |
+//! | environment | `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`, `LOCALHOST`) |
+//! | time | [`Clock`]; with `use_sim_time` that of `/clock` (rosgraph_msgs/Clock, best effort, depth 1) |
+//! | topics | [`Publisher::publish`] never waits, [`Subscription`] hears reliable and best-effort publishers; what is dropped, lost or incompatible is counted and told |
+//! | diagnostics | [`Diagnostics`] once a second; the task `topics` is built in |
+//! | log | the macros of `tracing`; `[INFO] [sec.nsec] [node]: text` on standard error, and `/rosout` |
+//! | end | SIGINT, SIGTERM, [`Node::request_shutdown`]; half a second for the node, then its endpoints leave the graph |
+//!
+//! The Spinner of ros2-client is not run: it subscribes `/clock` as another type. What it provides is done here
+//! (matches and incompatibilities from the participant's events), and `ros_discovery_info`, by which tools know the
+//! node's endpoints, is published by ros2-client without it.
+//!
+//! How much goes through on two cores, and what limits it, is in `THROUGHPUT.md`.
+//!
+//! # Not yet
+//! Lifecycle services, `~/get_type_description`, `ROS_STATIC_PEERS`, quality-of-service overrides by parameter,
+//! setting `use_sim_time` while running.
 
 mod builder;
 mod clock;
@@ -10,6 +69,7 @@ mod input_watch;
 mod logging;
 mod names;
 mod node;
+mod node_services;
 mod parameter_file;
 mod parameters;
 mod publisher;

@@ -203,12 +203,19 @@ pub fn resolve(
         if !(rule.is_for(&node.name) || rule.is_for(original_node_name)) {
             continue;
         }
-        let from = match (&rule.target, kind) {
-            (RemapTarget::TopicOrService(from), _)
-            | (RemapTarget::Topic(from), NameKind::Topic)
-            | (RemapTarget::Service(from), NameKind::Service) => from,
-            _ => continue,
+        let (RemapTarget::TopicOrService(from)
+        | RemapTarget::Topic(from)
+        | RemapTarget::Service(from)) = &rule.target
+        else {
+            continue;
         };
+        let other_kind = match kind {
+            NameKind::Topic => matches!(rule.target, RemapTarget::Service(_)),
+            NameKind::Service => matches!(rule.target, RemapTarget::Topic(_)),
+        };
+        if other_kind {
+            continue;
+        }
         if node.resolve(from)? == resolved {
             return node.resolve(&rule.to);
         }

@@ -2,13 +2,10 @@
 
 use std::future::Future;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use ros2_client::service::ServiceMapping;
-use ros2_client::{
-    Context, Message, MessageTypeName, Name, NodeName, NodeOptions, QosProfile, ServiceTypeName,
-};
+use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
 use rotary_sins_msgs::RosMessage;
 use rustdds::{DomainParticipant, Topic};
 use tokio::task::JoinHandle;
@@ -22,7 +19,6 @@ use crate::names::{NameKind, NodeIdentity, RemapRule, resolve};
 use crate::parameters::{FromValue, Parameters, USE_SIM_TIME};
 use crate::publisher::{Publisher, PublisherStatistics};
 use crate::qos::Qos;
-use crate::service::{Client, Service};
 use crate::shutdown::Shutdown;
 use crate::subscription::{Subscription, SubscriptionStatistics};
 
@@ -53,8 +49,8 @@ struct Shared {
 /// What the diagnostics watch.
 #[derive(Default)]
 struct Endpoints {
-    publishers: Vec<Arc<PublisherStatistics>>,
-    subscriptions: Vec<Arc<SubscriptionStatistics>>,
+    publishers: Vec<Weak<PublisherStatistics>>,
+    subscriptions: Vec<Weak<SubscriptionStatistics>>,
 }
 
 impl std::fmt::Debug for Shared {
@@ -248,7 +244,9 @@ impl Node {
                 reason: error.to_string(),
             })?;
         let publisher = Publisher::new(writer, &topic, Arc::clone(&self.shared.graph));
-        self.endpoints().publishers.push(publisher.statistics());
+        self.endpoints()
+            .publishers
+            .push(Arc::downgrade(&publisher.statistics()));
         Ok(publisher)
     }
 
@@ -280,7 +278,7 @@ impl Node {
         );
         self.endpoints()
             .subscriptions
-            .push(subscription.statistics());
+            .push(Arc::downgrade(&subscription.statistics()));
         Ok(subscription)
     }
 
@@ -297,113 +295,6 @@ impl Node {
             .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
             .map_err(|error| failed(error.to_string()))?;
         Ok((topic, dds_topic))
-    }
-
-    /// The answering end of a service; `type_name` is e.g. `std_srvs/srv/Trigger`.
-    ///
-    /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
-    pub fn service<Request, Response>(
-        &self,
-        name: &str,
-        type_name: &str,
-    ) -> Result<Service<Request, Response>>
-    where
-        Request: Message + Clone + 'static,
-        Response: Message + Clone + 'static,
-    {
-        let (name, dds_name, kind) = self.service_names(name, type_name)?;
-        let server = self
-            .ros()
-            .create_server(
-                ServiceMapping::Enhanced,
-                &dds_name,
-                &kind,
-                service_qos(),
-                service_qos(),
-            )
-            .map_err(|error| Error::Create {
-                what: format!("service {name}"),
-                reason: error.to_string(),
-            })?;
-        Ok(Service::new(server, name))
-    }
-
-    /// Answers every request of a service by `handler`, until the node ends. The handler must not block for long;
-    /// where answering takes time, use [`Self::service`].
-    ///
-    /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
-    pub fn serve<Request, Response>(
-        &self,
-        name: &str,
-        type_name: &str,
-        mut handler: impl FnMut(Request) -> Response + Send + 'static,
-    ) -> Result<()>
-    where
-        Request: Message + Clone + Send + Sync + 'static,
-        Response: Message + Clone + Send + Sync + 'static,
-    {
-        let service = self.service::<Request, Response>(name, type_name)?;
-        self.spawn(async move {
-            loop {
-                let (id, request) = service.recv().await;
-                let response = handler(request);
-                service.respond(id, response).await;
-            }
-        });
-        Ok(())
-    }
-
-    /// The asking end of a service; `type_name` is e.g. `std_srvs/srv/Trigger`.
-    ///
-    /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
-    pub fn client<Request, Response>(
-        &self,
-        name: &str,
-        type_name: &str,
-    ) -> Result<Client<Request, Response>>
-    where
-        Request: Message + Clone + 'static,
-        Response: Message + Clone + 'static,
-    {
-        let (name, dds_name, kind) = self.service_names(name, type_name)?;
-        let client = self
-            .ros()
-            .create_client(
-                ServiceMapping::Enhanced,
-                &dds_name,
-                &kind,
-                service_qos(),
-                service_qos(),
-            )
-            .map_err(|error| Error::Create {
-                what: format!("a client of {name}"),
-                reason: error.to_string(),
-            })?;
-        Ok(Client::new(
-            client,
-            self.shared.participant.clone(),
-            Arc::clone(&self.shared.graph),
-            name,
-        ))
-    }
-
-    fn service_names(
-        &self,
-        name: &str,
-        type_name: &str,
-    ) -> Result<(String, Name, ServiceTypeName)> {
-        let name = self.resolve_service(name)?;
-        let failed = |reason: String| Error::Create {
-            what: format!("service {name}"),
-            reason,
-        };
-        let dds_name = Name::parse(&name).map_err(|error| failed(error.to_string()))?;
-        let (package, kind) = type_parts(type_name, "srv").map_err(failed)?;
-        let kind = ServiceTypeName::new(package, kind);
-        Ok((name, dds_name, kind))
     }
 
     /// Runs a task until it is done or the node ends, which stops it at its next await.
@@ -442,6 +333,10 @@ impl Node {
         self.shared.ready.load(Ordering::Relaxed)
     }
 
+    pub(crate) fn graph(&self) -> Arc<Graph> {
+        Arc::clone(&self.shared.graph)
+    }
+
     pub(crate) fn participant(&self) -> DomainParticipant {
         self.shared.participant.clone()
     }
@@ -467,7 +362,7 @@ impl Node {
     }
 
     // Creating an endpoint that panics leaves the node of ros2-client usable.
-    fn ros(&self) -> MutexGuard<'_, ros2_client::Node> {
+    pub(crate) fn ros(&self) -> MutexGuard<'_, ros2_client::Node> {
         self.shared
             .ros
             .lock()
@@ -490,7 +385,7 @@ impl Shared {
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         let mut report = Report::ok("nothing lost, everybody compatible");
-        for publisher in &endpoints.publishers {
+        for publisher in endpoints.publishers.iter().filter_map(Weak::upgrade) {
             if publisher.dropped() > 0 {
                 report = report
                     .worsened(
@@ -507,7 +402,7 @@ impl Shared {
                     );
             }
         }
-        for subscription in &endpoints.subscriptions {
+        for subscription in endpoints.subscriptions.iter().filter_map(Weak::upgrade) {
             let (topic, lost, bad) = (
                 subscription.topic(),
                 subscription.lost(),
@@ -537,12 +432,11 @@ impl Shared {
     }
 }
 
-fn service_qos() -> QosProfile {
-    Qos::reliable(10).profile()
-}
-
 /// Package and name of `package/msg/Name`.
-fn type_parts<'a>(type_name: &'a str, middle: &str) -> Result<(&'a str, &'a str), String> {
+pub(crate) fn type_parts<'a>(
+    type_name: &'a str,
+    middle: &str,
+) -> Result<(&'a str, &'a str), String> {
     let mut parts = type_name.split('/');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {
         (Some(package), Some(found), Some(name), None) if found == middle => Ok((package, name)),

@@ -24,6 +24,8 @@ const FAREWELL: Duration = Duration::from_millis(200);
 
 /// Exit status for arguments, parameters or input that cannot be used.
 const UNUSABLE: u8 = 2;
+/// Exit status where the node failed at work.
+const FAILED: u8 = 1;
 /// Exit status after a panic.
 const PANICKED: u8 = 101;
 
@@ -79,17 +81,19 @@ where
         _ if PANIC.load(Ordering::SeqCst) => ExitCode::from(PANICKED),
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::Start(error))) => unusable(&error),
-        Ok(Err(Failure::Main { error, is_input })) => {
-            eprintln!("{name}: {error}");
-            ExitCode::from(if is_input { UNUSABLE } else { 1 })
-        }
+        Ok(Err(Failure::Input(error))) => unusable(&error),
+        Ok(Err(Failure::Work)) => ExitCode::from(FAILED),
         Err(_) => ExitCode::from(PANICKED),
     }
 }
 
 enum Failure {
+    /// The node could not be made.
     Start(Error),
-    Main { error: String, is_input: bool },
+    /// `main` failed before it was ready.
+    Input(String),
+    /// `main` failed later, which is in the log.
+    Work,
 }
 
 async fn supervise<F, Fut, E>(startup: Startup, main: F) -> Result<(), Failure>
@@ -120,10 +124,11 @@ where
         // Here `main` is dropped, and its publishers and subscriptions with it, unless they were given to tasks.
     };
     let outcome = match outcome {
-        Some(Err(error)) => Err(Failure::Main {
-            error: format!("{error:#}"),
-            is_input: !node.is_ready(),
-        }),
+        Some(Err(error)) if node.is_ready() => {
+            logging::fatal(&format!("{error:#}"));
+            Err(Failure::Work)
+        }
+        Some(Err(error)) => Err(Failure::Input(format!("{error:#}"))),
         Some(Ok(())) | None => Ok(()),
     };
     tokio::time::sleep(LINGER).await;
@@ -149,7 +154,11 @@ fn end_on_panic(node: &Node) {
     let shutdown = node.shutdown_handle().clone();
     std::panic::set_hook(Box::new(move |panic| {
         PANIC.store(true, Ordering::SeqCst);
-        let text = panic.payload_as_str().unwrap_or("unknown");
+        let payload = panic.payload();
+        let text = payload.downcast_ref::<&str>().copied();
+        let text = text
+            .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+            .unwrap_or("unknown");
         let place = panic
             .location()
             .map_or_else(String::new, |at| format!(" at {}:{}", at.file(), at.line()));

@@ -63,7 +63,7 @@ where
 
 /// Asks one service.
 pub struct Client<Request: Message, Response: Message> {
-    client: Arc<ros2_client::Client<Request, Response>>,
+    asking: ros2_client::Client<Request, Response>,
     participant: DomainParticipant,
     graph: Arc<Graph>,
     created: Instant,
@@ -96,7 +96,7 @@ where
         name: String,
     ) -> Self {
         Self {
-            client: Arc::new(client),
+            asking: client,
             participant,
             graph,
             created: Instant::now(),
@@ -154,7 +154,7 @@ where
                 timeout.as_secs_f64()
             )));
         }
-        match tokio::time::timeout_at(deadline, self.client.async_call_service(request)).await {
+        match tokio::time::timeout_at(deadline, self.asking.async_call_service(request)).await {
             Ok(Ok(response)) => Ok(response),
             Ok(Err(error)) => Err(failed(error.to_string())),
             Err(_) => Err(failed(format!(

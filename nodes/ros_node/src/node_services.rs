@@ -1,0 +1,117 @@
+//! Services of a node: making the answering and the asking end.
+
+use ros2_client::service::ServiceMapping;
+use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
+
+use crate::error::{Error, Result};
+use crate::node::{Node, type_parts};
+use crate::qos::Qos;
+use crate::service::{Client, Service};
+
+impl Node {
+    /// The answering end of a service; `type_name` is e.g. `std_srvs/srv/Trigger`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn service<Request, Response>(
+        &self,
+        name: &str,
+        type_name: &str,
+    ) -> Result<Service<Request, Response>>
+    where
+        Request: Message + Clone + 'static,
+        Response: Message + Clone + 'static,
+    {
+        let (name, dds_name, kind) = self.service_names(name, type_name)?;
+        let server = self
+            .ros()
+            .create_server(
+                ServiceMapping::Enhanced,
+                &dds_name,
+                &kind,
+                service_qos(),
+                service_qos(),
+            )
+            .map_err(|error| Error::Create {
+                what: format!("service {name}"),
+                reason: error.to_string(),
+            })?;
+        Ok(Service::new(server, name))
+    }
+
+    /// Answers every request of a service by `handler`, until the node ends. The handler must not block for long;
+    /// where answering takes time, use [`Self::service`].
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn serve<Request, Response>(
+        &self,
+        name: &str,
+        type_name: &str,
+        mut handler: impl FnMut(Request) -> Response + Send + 'static,
+    ) -> Result<()>
+    where
+        Request: Message + Clone + Send + Sync + 'static,
+        Response: Message + Clone + Send + Sync + 'static,
+    {
+        let service = self.service::<Request, Response>(name, type_name)?;
+        self.spawn(async move {
+            loop {
+                let (id, request) = service.recv().await;
+                let response = handler(request);
+                service.respond(id, response).await;
+            }
+        });
+        Ok(())
+    }
+
+    /// The asking end of a service; `type_name` is e.g. `std_srvs/srv/Trigger`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn client<Request, Response>(
+        &self,
+        name: &str,
+        type_name: &str,
+    ) -> Result<Client<Request, Response>>
+    where
+        Request: Message + Clone + 'static,
+        Response: Message + Clone + 'static,
+    {
+        let (name, dds_name, kind) = self.service_names(name, type_name)?;
+        let client = self
+            .ros()
+            .create_client(
+                ServiceMapping::Enhanced,
+                &dds_name,
+                &kind,
+                service_qos(),
+                service_qos(),
+            )
+            .map_err(|error| Error::Create {
+                what: format!("a client of {name}"),
+                reason: error.to_string(),
+            })?;
+        Ok(Client::new(client, self.participant(), self.graph(), name))
+    }
+
+    fn service_names(
+        &self,
+        name: &str,
+        type_name: &str,
+    ) -> Result<(String, Name, ServiceTypeName)> {
+        let name = self.resolve_service(name)?;
+        let failed = |reason: String| Error::Create {
+            what: format!("service {name}"),
+            reason,
+        };
+        let dds_name = Name::parse(&name).map_err(|error| failed(error.to_string()))?;
+        let (package, kind) = type_parts(type_name, "srv").map_err(failed)?;
+        let kind = ServiceTypeName::new(package, kind);
+        Ok((name, dds_name, kind))
+    }
+}
+
+fn service_qos() -> QosProfile {
+    Qos::reliable(10).profile()
+}
