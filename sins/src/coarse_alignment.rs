@@ -63,7 +63,9 @@ impl CoarseAlignment {
     pub fn ingest(&mut self, increment: &Increment) {
         let corrected = self.corrector.correct(increment);
         self.velocity += self.attitude * corrected.velocity;
-        self.attitude = UnitQuaternion::new_normalize((self.attitude * small_rotation(&corrected.rotation)).into_inner());
+        self.attitude = UnitQuaternion::new_normalize(
+            (self.attitude * small_rotation(&corrected.rotation)).into_inner(),
+        );
         self.seconds += increment.interval_s;
         self.force_path += increment.velocity.norm();
         if self.seconds >= self.next_pair_s {
@@ -82,7 +84,12 @@ impl CoarseAlignment {
     /// # Errors
     /// [`Error::Alignment`] where the specific force has not the length of gravity (a wrong unit, a broken accelerometer) or
     /// the velocity left over exceeds `residual_limit_m_s` (not at rest, or rates in a wrong unit).
-    pub fn solve(&self, latitude_rad: f64, height_m: f64, residual_limit_m_s: f64) -> Result<CoarseAttitude, Error> {
+    pub fn solve(
+        &self,
+        latitude_rad: f64,
+        height_m: f64,
+        residual_limit_m_s: f64,
+    ) -> Result<CoarseAttitude, Error> {
         let earth = LocalEarth::at(latitude_rad, height_m);
         let mean_force = self.force_path / self.seconds;
         let gravity = earth.gravity_m_s2;
@@ -95,8 +102,15 @@ impl CoarseAlignment {
                 ),
             });
         }
-        let reference: Vec<_> = self.pairs.iter().map(|(t, v)| (gravity_integral(&earth, *t), *v)).collect();
-        let profile: Matrix3<f64> = reference.iter().map(|(known, measured)| known * measured.transpose()).sum();
+        let reference: Vec<_> = self
+            .pairs
+            .iter()
+            .map(|(t, v)| (gravity_integral(&earth, *t), *v))
+            .collect();
+        let profile: Matrix3<f64> = reference
+            .iter()
+            .map(|(known, measured)| known * measured.transpose())
+            .sum();
         let svd = profile.svd(true, true);
         let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
             return Err(Error::Alignment {
@@ -104,8 +118,14 @@ impl CoarseAlignment {
             });
         };
         let handedness = (u.determinant() * v_t.determinant()).signum();
-        let rotation = polish(u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, handedness)) * v_t, &reference);
-        let squares: f64 = reference.iter().map(|(known, measured)| (known - rotation * measured).norm_squared()).sum();
+        let rotation = polish(
+            u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, handedness)) * v_t,
+            &reference,
+        );
+        let squares: f64 = reference
+            .iter()
+            .map(|(known, measured)| (known - rotation * measured).norm_squared())
+            .sum();
         let residual_m_s = (squares / reference.len() as f64).sqrt();
         if residual_m_s.is_nan() || residual_m_s > residual_limit_m_s {
             return Err(Error::Alignment {
@@ -117,7 +137,9 @@ impl CoarseAlignment {
             });
         }
         Ok(CoarseAttitude {
-            at_start: UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)),
+            at_start: UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(
+                rotation,
+            )),
             residual_m_s,
         })
     }
@@ -164,7 +186,12 @@ mod tests {
     use super::*;
     use crate::rotation::HeadingPitchRoll;
 
-    fn gather(attitude: &UnitQuaternion<f64>, latitude: f64, seconds: usize, force_scale: f64) -> CoarseAlignment {
+    fn gather(
+        attitude: &UnitQuaternion<f64>,
+        latitude: f64,
+        seconds: usize,
+        force_scale: f64,
+    ) -> CoarseAlignment {
         let earth = LocalEarth::at(latitude, 0.0);
         let rate = attitude.inverse() * earth.earth_rate();
         let force = attitude.inverse() * (Vector3::z() * earth.gravity_m_s2 * force_scale);
@@ -180,9 +207,19 @@ mod tests {
     fn finds_any_attitude() {
         for latitude in [0.8, -0.6, 0.02] {
             for (heading, pitch, roll) in [(0.1, 0.0, 0.0), (3.3, 0.2, -0.1), (5.0, 1.2, 3.0)] {
-                let attitude = HeadingPitchRoll { heading, pitch, roll }.attitude();
-                let found = gather(&attitude, latitude, 120, 1.0).solve(latitude, 0.0, 0.5).unwrap();
-                assert!(found.at_start.angle_to(&attitude) < 5e-8, "{latitude} {heading}: {found:?}");
+                let attitude = HeadingPitchRoll {
+                    heading,
+                    pitch,
+                    roll,
+                }
+                .attitude();
+                let found = gather(&attitude, latitude, 120, 1.0)
+                    .solve(latitude, 0.0, 0.5)
+                    .unwrap();
+                assert!(
+                    found.at_start.angle_to(&attitude) < 5e-8,
+                    "{latitude} {heading}: {found:?}"
+                );
                 assert!(found.residual_m_s < 1e-6);
             }
         }
@@ -203,8 +240,18 @@ mod tests {
         let mut coarse = CoarseAlignment::default();
         for _ in 0..1200 {
             let rate = earth.earth_rate() * 57.3;
-            coarse.ingest(&Increment::from_averages(0.1, &rate, &(Vector3::z() * earth.gravity_m_s2)));
+            coarse.ingest(&Increment::from_averages(
+                0.1,
+                &rate,
+                &(Vector3::z() * earth.gravity_m_s2),
+            ));
         }
-        assert!(coarse.solve(0.8, 0.0, 0.5).unwrap_err().to_string().contains("rad/s"));
+        assert!(
+            coarse
+                .solve(0.8, 0.0, 0.5)
+                .unwrap_err()
+                .to_string()
+                .contains("rad/s")
+        );
     }
 }

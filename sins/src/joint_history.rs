@@ -45,7 +45,8 @@ impl JointHistory {
             (_, None) => [0.0; 2],
             (None, Some(last)) => value(&last),
             (Some(before), Some(last)) => {
-                let share = stamp.seconds_since(before.stamp) / last.stamp.seconds_since(before.stamp);
+                let share =
+                    stamp.seconds_since(before.stamp) / last.stamp.seconds_since(before.stamp);
                 let share = share.clamp(0.0, 1.0);
                 let (from, to) = (value(&before), value(&last));
                 [0, 1].map(|i| from[i] + share * (to[i] - from[i]))
@@ -73,8 +74,14 @@ mod tests {
         assert_eq!(history.angles_at(Stamp::from_nanos(0)), [0.0; 2]);
         history.push(reading(0, 1.0));
         history.push(reading(100, 2.0));
-        assert_eq!(history.angles_at(Stamp::from_nanos(25_000_000)), [1.25, -1.25]);
-        assert_eq!(history.angles_at(Stamp::from_nanos(500_000_000)), [2.0, -2.0]);
+        assert_eq!(
+            history.angles_at(Stamp::from_nanos(25_000_000)),
+            [1.25, -1.25]
+        );
+        assert_eq!(
+            history.angles_at(Stamp::from_nanos(500_000_000)),
+            [2.0, -2.0]
+        );
         assert_eq!(history.angles_at(Stamp::from_nanos(-1)), [1.0, -1.0]);
     }
 }

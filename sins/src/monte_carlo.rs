@@ -9,7 +9,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::error::Error;
-use crate::estimation::error_state::{BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, StateMatrix, StateVector, VELOCITY};
+use crate::estimation::error_state::{
+    BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, StateMatrix, StateVector, VELOCITY,
+};
 use crate::estimation::filter::{ErrorFilter, InitialUncertainty, Loop, VelocityMeasurement};
 use crate::imu::NoiseDensity;
 use crate::rotation::small_rotation;
@@ -17,7 +19,9 @@ use crate::scheme::sequencer::SequencerSettings;
 use crate::scheme::{Scheme, Sequencer};
 use crate::self_calibration::{Calibration, Phase};
 use crate::sensor_errors::SensorErrors;
-use crate::simulation::{ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick};
+use crate::simulation::{
+    ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick,
+};
 use crate::strapdown::{Increment, NavigationState};
 use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
@@ -115,7 +119,9 @@ pub struct Snapshot {
 impl Snapshot {
     /// Error of misalignment, biases and drifts.
     pub fn calibrated_error(&self) -> SVector<f64, CALIBRATED> {
-        self.error.fixed_rows::<CALIBRATED>(MISALIGNMENT).into_owned()
+        self.error
+            .fixed_rows::<CALIBRATED>(MISALIGNMENT)
+            .into_owned()
     }
 
     /// Its covariance.
@@ -127,7 +133,9 @@ impl Snapshot {
 
     /// One-sigma of misalignment (E, N, U), biases and drifts (x, y, z).
     pub fn calibrated_sigma(&self) -> SVector<f64, CALIBRATED> {
-        self.calibrated_covariance().diagonal().map(|v| v.max(0.0).sqrt())
+        self.calibrated_covariance()
+            .diagonal()
+            .map(|v| v.max(0.0).sqrt())
     }
 
     /// Normalized estimation error squared of the nine; `None` where the covariance cannot be inverted.
@@ -136,7 +144,9 @@ impl Snapshot {
         // Units of 1e-8 rad/s beside 1e-3 m/s² would spoil the factorization; correlations do not.
         let sigma = self.calibrated_sigma();
         let scaled = error.component_div(&sigma);
-        let correlation = self.calibrated_covariance().component_div(&(sigma * sigma.transpose()));
+        let correlation = self
+            .calibrated_covariance()
+            .component_div(&(sigma * sigma.transpose()));
         Some(scaled.dot(&correlation.cholesky()?.solve(&scaled)))
     }
 }
@@ -207,7 +217,9 @@ impl MonteCarlo {
             longitude: self.plant.ship.longitude_rad,
             height: self.plant.ship.height_m,
         };
-        let mut trials = runs.map(|run| self.trial(run, &start)).collect::<Result<Vec<_>, _>>()?;
+        let mut trials = runs
+            .map(|run| self.trial(run, &start))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut due = self.snapshots_s.iter().copied().peekable();
         let mut simulation = Run::new(simulator, sequencer, self.duration_s);
         let mut next_step_s = 1.0;
@@ -243,7 +255,10 @@ impl MonteCarlo {
     }
 
     fn trial(&self, run: u64, start: &NavigationState) -> Result<Trial, Error> {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(self.seed.wrapping_add(run.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(
+            self.seed
+                .wrapping_add(run.wrapping_mul(0x9E37_79B9_7F4A_7C15)),
+        );
         let covariance = self.initial.covariance(start);
         let truth = self.errors.unwrap_or_else(|| {
             TrueErrors::from_state(&StateVector::from_fn(|i, _| {
@@ -275,15 +290,21 @@ impl MonteCarlo {
     fn advance(&self, trial: &mut Trial, tick: &Tick, step: bool) {
         let sample = trial.imu.measure(&tick.truth);
         let interval_s = tick.truth.interval_nanos as f64 / 1e9;
-        trial
-            .filter
-            .propagate(&Increment::from_averages(interval_s, &sample.angular_rate, &sample.specific_force));
+        trial.filter.propagate(&Increment::from_averages(
+            interval_s,
+            &sample.angular_rate,
+            &sample.specific_force,
+        ));
         if step {
             trial.filter.step();
             let sigma = self.velocity_sigma_m_s;
             let east_north = [0, 1].map(|_| {
                 let normal: f64 = StandardNormal.sample(&mut trial.random);
-                if self.noisy_measurements { normal * sigma } else { 0.0 }
+                if self.noisy_measurements {
+                    normal * sigma
+                } else {
+                    0.0
+                }
             });
             trial.filter.update_velocity(&VelocityMeasurement {
                 east_north,
@@ -299,7 +320,10 @@ impl Trial {
         Calibration {
             stamp,
             phase: Phase::Calibrating,
-            errors: SensorErrors::constant(self.filter.gyroscope_drift(), self.filter.accelerometer_bias()),
+            errors: SensorErrors::constant(
+                self.filter.gyroscope_drift(),
+                self.filter.accelerometer_bias(),
+            ),
             attitude: navigation.attitude,
             latitude: navigation.latitude,
             longitude: navigation.longitude,

@@ -111,9 +111,10 @@ impl Channel {
         }
         let seconds = step.increment.interval_s;
         let mut increment = step.increment;
-        let (rate, force) = self
-            .compensation
-            .apply(&(increment.angle / seconds), &(increment.velocity / seconds));
+        let (rate, force) = self.compensation.apply(
+            &(increment.angle / seconds),
+            &(increment.velocity / seconds),
+        );
         increment.angle = rate * seconds;
         increment.velocity = force * seconds;
         self.filter.propagate(&increment);
@@ -124,7 +125,9 @@ impl Channel {
 
     fn solution(&self, table: &UnitQuaternion<f64>, sample: &ImuSample) -> Solution {
         let navigation = *self.filter.navigation();
-        let (angular_rate, specific_force) = self.compensation.apply(&sample.angular_rate, &sample.specific_force);
+        let (angular_rate, specific_force) = self
+            .compensation
+            .apply(&sample.angular_rate, &sample.specific_force);
         Solution {
             navigation,
             base_link: navigation.attitude * table.inverse() * base_link_to_block(),
@@ -161,7 +164,10 @@ impl Navigator {
     /// [`Error::Setting`] where a setting is out of range.
     pub fn new(settings: NavigatorSettings) -> Result<Self, Error> {
         settings.alignment.check()?;
-        for (name, value) in [("alignment_s", settings.alignment_s), ("history_s", settings.history_s)] {
+        for (name, value) in [
+            ("alignment_s", settings.alignment_s),
+            ("history_s", settings.history_s),
+        ] {
             if !value.is_finite() || value < 0.0 {
                 return Err(Error::setting(name, value, "a number that is not negative"));
             }
@@ -229,8 +235,14 @@ impl Navigator {
         match &mut self.stage {
             Stage::Navigating(channels) => channels[0].compensation = compensation,
             Stage::Waiting | Stage::Aligning(_) => {
-                let covered = self.history.front().is_some_and(|(s, _)| s.stamp <= calibration.stamp)
-                    && self.history.back().is_some_and(|(s, _)| s.stamp >= calibration.stamp);
+                let covered = self
+                    .history
+                    .front()
+                    .is_some_and(|(s, _)| s.stamp <= calibration.stamp)
+                    && self
+                        .history
+                        .back()
+                        .is_some_and(|(s, _)| s.stamp >= calibration.stamp);
                 if covered && self.settings.start_from_calibration {
                     self.start_from(&calibration, &compensation)?;
                 } else {
@@ -282,9 +294,15 @@ impl Navigator {
             }
             Stage::Navigating(channels) => {
                 if let Some(step) = step {
-                    channels.iter_mut().for_each(|channel| channel.advance(&step));
+                    channels
+                        .iter_mut()
+                        .for_each(|channel| channel.advance(&step));
                 }
-                let table = self.settings.alignment.turntable.attitude(self.joints.angles_at(sample.stamp));
+                let table = self
+                    .settings
+                    .alignment
+                    .turntable
+                    .attitude(self.joints.angles_at(sample.stamp));
                 Ok(Some(NavigatorOutput {
                     stamp: sample.stamp,
                     compensated: channels[0].solution(&table, sample),
@@ -295,7 +313,11 @@ impl Navigator {
     }
 
     /// Starts at the calibration's stamp and catches up through the samples since.
-    fn start_from(&mut self, calibration: &Calibration, compensation: &Compensation) -> Result<(), Error> {
+    fn start_from(
+        &mut self,
+        calibration: &Calibration,
+        compensation: &Compensation,
+    ) -> Result<(), Error> {
         let start = NavigationState {
             attitude: calibration.attitude,
             velocity: Vector3::zeros(),
@@ -304,8 +326,15 @@ impl Navigator {
             height: calibration.height,
         };
         let mut channels = self.channels(start, compensation, &calibration.covariance)?;
-        for step in self.history.iter().filter_map(|(_, step)| *step).filter(|s| s.stamp > calibration.stamp) {
-            channels.iter_mut().for_each(|channel| channel.advance(&step));
+        for step in self
+            .history
+            .iter()
+            .filter_map(|(_, step)| *step)
+            .filter(|s| s.stamp > calibration.stamp)
+        {
+            channels
+                .iter_mut()
+                .for_each(|channel| channel.advance(&step));
         }
         self.stage = Stage::Navigating(channels);
         Ok(())
@@ -344,29 +373,46 @@ impl Navigator {
             let interval = self.stepper.usual_interval_s().unwrap_or(0.0);
             let last = self.history.back().map(|(s, _)| s);
             let density = |variance: Option<f64>, default: f64| {
-                variance.filter(|v| *v > 0.0).map_or(default, |v| (v * interval).sqrt())
+                variance
+                    .filter(|v| *v > 0.0)
+                    .map_or(default, |v| (v * interval).sqrt())
             };
             NoiseDensity {
                 gyroscope: Vector3::from_fn(|i, _| {
-                    density(last.map(|s| s.angular_rate_variance[i]), default.gyroscope[i])
+                    density(
+                        last.map(|s| s.angular_rate_variance[i]),
+                        default.gyroscope[i],
+                    )
                 }),
                 accelerometer: Vector3::from_fn(|i, _| {
-                    density(last.map(|s| s.specific_force_variance[i]), default.accelerometer[i])
+                    density(
+                        last.map(|s| s.specific_force_variance[i]),
+                        default.accelerometer[i],
+                    )
                 }),
             }
         })
     }
 
     /// Begins its own alignment: compensated samples, and as prior of the sensor errors what calibration left of them.
-    fn align(&mut self, calibration: &Calibration, compensation: &Compensation) -> Result<(), Error> {
+    fn align(
+        &mut self,
+        calibration: &Calibration,
+        compensation: &Compensation,
+    ) -> Result<(), Error> {
         let mut settings = self.settings.alignment;
         let sigma = |start: usize, fallback: &Vector3<f64>| {
             Vector3::from_fn(|i, _| {
                 let variance = calibration.covariance[(start + i, start + i)];
-                if variance > 0.0 { variance.sqrt() } else { fallback[i] }
+                if variance > 0.0 {
+                    variance.sqrt()
+                } else {
+                    fallback[i]
+                }
             })
         };
-        settings.prior.accelerometer_bias_m_s2 = sigma(BIAS, &settings.prior.accelerometer_bias_m_s2);
+        settings.prior.accelerometer_bias_m_s2 =
+            sigma(BIAS, &settings.prior.accelerometer_bias_m_s2);
         settings.prior.gyroscope_drift_rad_s = sigma(DRIFT, &settings.prior.gyroscope_drift_rad_s);
         let mut alignment = SelfCalibration::new(settings)?;
         if let Some(fix) = self.position {
@@ -380,7 +426,9 @@ impl Navigator {
     }
 
     fn continue_alignment(&mut self, sample: &ImuSample) -> Result<(), Error> {
-        let (Stage::Aligning(alignment), Some((_, compensation))) = (&mut self.stage, &self.calibration) else {
+        let (Stage::Aligning(alignment), Some((_, compensation))) =
+            (&mut self.stage, &self.calibration)
+        else {
             return Ok(());
         };
         let Some(estimate) = alignment.ingest_imu(&compensated(compensation, sample))? else {
@@ -391,17 +439,23 @@ impl Navigator {
         }
         // The alignment's own small corrections belong to its attitude; without them its level would not hold.
         let mut errors = *compensation.errors();
-        errors.gyroscope_drift += estimate.gyroscope_drift() + errors.gyroscope_matrix * estimate.gyroscope_drift();
-        errors.accelerometer_bias +=
-            estimate.accelerometer_bias() + errors.accelerometer_matrix * estimate.accelerometer_bias();
-        let channels = self.channels(estimate.navigation, &errors.compensation()?, &estimate.covariance)?;
+        errors.gyroscope_drift +=
+            estimate.gyroscope_drift() + errors.gyroscope_matrix * estimate.gyroscope_drift();
+        errors.accelerometer_bias += estimate.accelerometer_bias()
+            + errors.accelerometer_matrix * estimate.accelerometer_bias();
+        let channels = self.channels(
+            estimate.navigation,
+            &errors.compensation()?,
+            &estimate.covariance,
+        )?;
         self.stage = Stage::Navigating(channels);
         Ok(())
     }
 }
 
 fn compensated(compensation: &Compensation, sample: &ImuSample) -> ImuSample {
-    let (angular_rate, specific_force) = compensation.apply(&sample.angular_rate, &sample.specific_force);
+    let (angular_rate, specific_force) =
+        compensation.apply(&sample.angular_rate, &sample.specific_force);
     ImuSample {
         angular_rate,
         specific_force,

@@ -16,15 +16,17 @@ pub const UNKNOWN_VARIANCE: f64 = 1e6;
 /// Position (E, N, U) \[m\] relative to `origin`: distances along the ellipsoid with the radii half way, so that they serve as
 /// position errors too.
 pub fn offset_m(origin: &PositionFix, latitude: f64, longitude: f64, height: f64) -> Vector3<f64> {
-    let middle = LocalEarth::at(0.5 * (origin.latitude + latitude), 0.5 * (origin.height + height));
-    let mean_height = 0.5 * (origin.height + height);
+    let middle = LocalEarth::at(
+        0.5 * (origin.latitude + latitude),
+        0.5 * (origin.height + height),
+    );
     let mut turn = longitude - origin.longitude;
     if turn.abs() > std::f64::consts::PI {
         turn -= std::f64::consts::TAU.copysign(turn);
     }
     Vector3::new(
-        turn * (middle.transverse_radius_m + mean_height) * middle.cos_latitude,
-        (latitude - origin.latitude) * (middle.meridian_radius_m + mean_height),
+        turn * middle.transverse_radius_m * middle.cos_latitude,
+        (latitude - origin.latitude) * middle.meridian_radius_m,
         height - origin.height,
     )
 }
@@ -36,8 +38,8 @@ pub fn pose_covariance(solution: &Solution) -> Matrix6<f64> {
     let navigation = &solution.navigation;
     let earth = LocalEarth::at(navigation.latitude, navigation.height);
     let mut jacobian = SMatrix::<f64, 6, STATES>::zeros();
-    jacobian[(0, LONGITUDE)] = (earth.transverse_radius_m + navigation.height) * earth.cos_latitude;
-    jacobian[(1, LATITUDE)] = earth.meridian_radius_m + navigation.height;
+    jacobian[(0, LONGITUDE)] = earth.transverse_radius_m * earth.cos_latitude;
+    jacobian[(1, LATITUDE)] = earth.meridian_radius_m;
     for axis in 0..3 {
         jacobian[(3 + axis, MISALIGNMENT + axis)] = -1.0;
     }
@@ -69,11 +71,13 @@ pub fn vehicle_motion(
 ) -> VehicleMotion {
     let navigation = &solution.navigation;
     let to_vehicle = solution.base_link.inverse();
-    let block_to_vehicle: UnitQuaternion<f64> = base_link_to_block().inverse() * table.attitude(joints.position);
+    let block_to_vehicle: UnitQuaternion<f64> =
+        base_link_to_block().inverse() * table.attitude(joints.position);
     let earth = LocalEarth::at(navigation.latitude, navigation.height);
     let frame_rate = earth.earth_rate() + earth.transport_rate(&navigation.velocity);
     let table_rate = table.body_rate(joints.position, joints.velocity);
-    let angular_rate = block_to_vehicle * (solution.angular_rate - table_rate) - to_vehicle * frame_rate;
+    let angular_rate =
+        block_to_vehicle * (solution.angular_rate - table_rate) - to_vehicle * frame_rate;
     let mut level = Matrix3::zeros();
     level
         .fixed_view_mut::<2, 2>(0, 0)
@@ -84,7 +88,9 @@ pub fn vehicle_motion(
     let block = block_to_vehicle.to_rotation_matrix();
     let known = angular_rate_variance.map(|v| if v > 0.0 { v } else { UNKNOWN_VARIANCE });
     let mut covariance = Matrix6::zeros();
-    covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&velocity_covariance);
+    covariance
+        .fixed_view_mut::<3, 3>(0, 0)
+        .copy_from(&velocity_covariance);
     covariance
         .fixed_view_mut::<3, 3>(3, 3)
         .copy_from(&(block * Matrix3::from_diagonal(&known) * block.transpose()));
@@ -137,17 +143,29 @@ mod tests {
         let minute = (1.0 / 60.0f64).to_radians();
         let north = offset_m(&ORIGIN, ORIGIN.latitude + minute, ORIGIN.longitude, 10.0);
         assert!((north.y - 1852.0).abs() < 5.0 && north.x == 0.0, "{north}");
-        let west = offset_m(&ORIGIN, 0.8, ORIGIN.longitude + std::f64::consts::TAU - minute, 12.0);
-        assert!((west.x + 1855.0 * 0.8f64.cos()).abs() < 5.0 && west.z == 2.0, "{west}");
+        let west = offset_m(
+            &ORIGIN,
+            0.8,
+            ORIGIN.longitude + std::f64::consts::TAU - minute,
+            12.0,
+        );
+        assert!(
+            (west.x + 1855.0 * 0.8f64.cos()).abs() < 5.0 && west.z == 2.0,
+            "{west}"
+        );
     }
 
     /// Position in metres takes the radii; the vertical is unknown; rotations take the misalignment.
     #[test]
     fn pose_covariance_is_in_metres() {
-        let covariance = pose_covariance(&solution(0.0, UnitQuaternion::identity(), Vector3::zeros()));
+        let covariance =
+            pose_covariance(&solution(0.0, UnitQuaternion::identity(), Vector3::zeros()));
         assert!((covariance[(1, 1)].sqrt() / (2.0 * 6.37e6) - 1.0).abs() < 5e-3);
         assert!(covariance[(0, 0)] < covariance[(1, 1)]);
-        assert_eq!((covariance[(2, 2)], covariance[(4, 4)]), (UNKNOWN_VARIANCE, 4.0));
+        assert_eq!(
+            (covariance[(2, 2)], covariance[(4, 4)]),
+            (UNKNOWN_VARIANCE, 4.0)
+        );
     }
 
     /// A ship that heads east and does not turn has the north velocity on her port side, whatever the table does.
@@ -159,17 +177,33 @@ mod tests {
             position: [0.4, -1.1],
             velocity: [0.05, -0.08],
         };
-        let still = solution(std::f64::consts::FRAC_PI_2, table.attitude(joints.position), Vector3::zeros());
+        let still = solution(
+            std::f64::consts::FRAC_PI_2,
+            table.attitude(joints.position),
+            Vector3::zeros(),
+        );
         let earth = LocalEarth::at(ORIGIN.latitude, ORIGIN.height);
         let frame_rate = earth.earth_rate() + earth.transport_rate(&still.navigation.velocity);
-        let rate = still.navigation.attitude.inverse() * frame_rate + table.body_rate(joints.position, joints.velocity);
+        let rate = still.navigation.attitude.inverse() * frame_rate
+            + table.body_rate(joints.position, joints.velocity);
         let turning = Solution {
             angular_rate: rate,
             ..still
         };
         let motion = vehicle_motion(&turning, &table, &joints, &Vector3::repeat(1e-12));
-        assert!((motion.velocity - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-12, "{}", motion.velocity);
-        assert!(motion.angular_rate.norm() < 1e-15, "{}", motion.angular_rate);
-        assert!((motion.covariance[(0, 0)] - 4.0).abs() < 1e-12 && motion.covariance[(2, 2)] >= UNKNOWN_VARIANCE);
+        assert!(
+            (motion.velocity - Vector3::new(1.0, 2.0, 0.0)).norm() < 1e-12,
+            "{}",
+            motion.velocity
+        );
+        assert!(
+            motion.angular_rate.norm() < 1e-15,
+            "{}",
+            motion.angular_rate
+        );
+        assert!(
+            (motion.covariance[(0, 0)] - 4.0).abs() < 1e-12
+                && motion.covariance[(2, 2)] >= UNKNOWN_VARIANCE
+        );
     }
 }

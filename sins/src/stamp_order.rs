@@ -44,7 +44,11 @@ impl StampOrder {
 
     /// Takes a joint state. One that is earlier than the one before it begins a new stream.
     pub fn push_joints(&mut self, joints: JointSample) {
-        let before = self.joints.back().map(|joints| joints.stamp).or(self.last_joints);
+        let before = self
+            .joints
+            .back()
+            .map(|joints| joints.stamp)
+            .or(self.last_joints);
         if before.is_some_and(|before| joints.stamp < before) {
             self.joints.clear();
             self.last_joints = None;

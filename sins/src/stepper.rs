@@ -78,7 +78,9 @@ impl Stepper {
             Interval::Repeated => return Ok(Arrival::LeftOut),
             Interval::Backward(by) if by <= self.longest_bridge_s => return Ok(Arrival::LeftOut),
             Interval::Regular(interval_s) => (interval_s, false),
-            Interval::Gap { interval_s, .. } if interval_s <= self.longest_bridge_s => (interval_s, true),
+            Interval::Gap { interval_s, .. } if interval_s <= self.longest_bridge_s => {
+                (interval_s, true)
+            }
             Interval::Backward(_) | Interval::Gap { .. } => {
                 self.jumps += 1;
                 self.clock.restart();
@@ -93,7 +95,11 @@ impl Stepper {
         let previous = self.previous.replace(*sample);
         let mut step = Step {
             stamp: sample.stamp,
-            increment: Increment::from_averages(interval_s, &sample.angular_rate, &sample.specific_force),
+            increment: Increment::from_averages(
+                interval_s,
+                &sample.angular_rate,
+                &sample.specific_force,
+            ),
             bridged: None,
         };
         if let Some(p) = previous.filter(|_| hole) {
@@ -166,7 +172,9 @@ mod tests {
         for ms in [0, 10, 20] {
             stepper.take(&sample(ms, 0.1)).unwrap();
         }
-        let Arrival::Step(step) = stepper.take(&sample(50, 0.2)).unwrap() else { panic!("expected a step") };
+        let Arrival::Step(step) = stepper.take(&sample(50, 0.2)).unwrap() else {
+            panic!("expected a step")
+        };
         assert!((step.increment.angle.x - 0.15 * 0.03).abs() < 1e-15);
         assert!((step.bridged.unwrap()[0] - 0.05 * 0.03).abs() < 1e-15);
         assert_eq!(stepper.counts().lost, 2);
@@ -179,9 +187,18 @@ mod tests {
         for ms in [0, 10] {
             stepper.take(&sample(ms, 0.0)).unwrap();
         }
-        assert!(matches!(stepper.take(&sample(5000, 0.0)).unwrap(), Arrival::Jump { .. }));
-        assert!(matches!(stepper.take(&sample(5010, 0.0)).unwrap(), Arrival::Step(_)));
-        assert!(matches!(stepper.take(&sample(10, 0.0)).unwrap(), Arrival::Jump { .. }));
+        assert!(matches!(
+            stepper.take(&sample(5000, 0.0)).unwrap(),
+            Arrival::Jump { .. }
+        ));
+        assert!(matches!(
+            stepper.take(&sample(5010, 0.0)).unwrap(),
+            Arrival::Step(_)
+        ));
+        assert!(matches!(
+            stepper.take(&sample(10, 0.0)).unwrap(),
+            Arrival::Jump { .. }
+        ));
         assert_eq!(stepper.jumps(), 2);
     }
 
@@ -194,7 +211,9 @@ mod tests {
         }
         let error = stepper.take(&sample(20, f64::NAN)).unwrap_err();
         assert!(error.to_string().contains("20000000 ns"), "{error}");
-        assert!(matches!(stepper.take(&sample(30, 0.0)).unwrap(), Arrival::Step(s) if s.bridged.is_some()));
+        assert!(
+            matches!(stepper.take(&sample(30, 0.0)).unwrap(), Arrival::Step(s) if s.bridged.is_some())
+        );
         assert_eq!(stepper.not_finite(), 1);
     }
 }

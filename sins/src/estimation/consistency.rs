@@ -24,7 +24,8 @@ impl InnovationWindow {
         let updates = updates.max(1);
         let degrees = Self::DEGREES * updates as f64;
         // The distribution exists for every positive number of degrees, so the fallback never speaks.
-        let bound = ChiSquared::new(degrees).map_or(f64::INFINITY, |d| d.inverse_cdf(1.0 - false_alarm));
+        let bound =
+            ChiSquared::new(degrees).map_or(f64::INFINITY, |d| d.inverse_cdf(1.0 - false_alarm));
         Self {
             updates,
             values: VecDeque::with_capacity(updates),
@@ -42,7 +43,8 @@ impl InnovationWindow {
 
     /// Mean of the window; `None` while it is empty.
     pub fn mean(&self) -> Option<f64> {
-        (!self.values.is_empty()).then(|| self.values.iter().sum::<f64>() / self.values.len() as f64)
+        (!self.values.is_empty())
+            .then(|| self.values.iter().sum::<f64>() / self.values.len() as f64)
     }
 
     /// The bound on the mean of a full window.

@@ -65,9 +65,17 @@ pub struct Linearization {
 impl Linearization {
     /// F of ẋ = F x + G w (equation 26) \[1/s and the units of the states\].
     pub fn dynamics(&self) -> StateMatrix {
-        let Self { earth, velocity: v, specific_force: f, body_to_navigation: c } = self;
+        let Self {
+            earth,
+            velocity: v,
+            specific_force: f,
+            body_to_navigation: c,
+        } = self;
         let (rm, rn) = (earth.meridian_radius_m, earth.transverse_radius_m);
-        let (drm, drn) = (earth.meridian_radius_slope_m, earth.transverse_radius_slope_m);
+        let (drm, drn) = (
+            earth.meridian_radius_slope_m,
+            earth.transverse_radius_slope_m,
+        );
         let (sin, cos) = (earth.sin_latitude, earth.cos_latitude);
         let (tan, sec) = (sin / cos, 1.0 / cos);
 
@@ -91,19 +99,32 @@ impl Linearization {
 
         let horizontal = |vector: Vector3<f64>| vector.fixed_rows::<2>(0).into_owned();
         let mut velocity_column = |column: usize, vector: Vector3<f64>| {
-            m.fixed_view_mut::<2, 1>(VELOCITY, column).copy_from(&horizontal(vector));
+            m.fixed_view_mut::<2, 1>(VELOCITY, column)
+                .copy_from(&horizontal(vector));
         };
-        velocity_column(LATITUDE, -(2.0 * earth_by_latitude + transport_by_latitude).cross(v));
-        velocity_column(VELOCITY, -coriolis_rate.cross(&Vector3::x()) - transport_by_east.cross(v));
-        velocity_column(VELOCITY + 1, -coriolis_rate.cross(&Vector3::y()) - transport_by_north.cross(v));
+        velocity_column(
+            LATITUDE,
+            -(2.0 * earth_by_latitude + transport_by_latitude).cross(v),
+        );
+        velocity_column(
+            VELOCITY,
+            -coriolis_rate.cross(&Vector3::x()) - transport_by_east.cross(v),
+        );
+        velocity_column(
+            VELOCITY + 1,
+            -coriolis_rate.cross(&Vector3::y()) - transport_by_north.cross(v),
+        );
         m.fixed_view_mut::<2, 3>(VELOCITY, MISALIGNMENT)
             .copy_from(&f.cross_matrix().fixed_view::<2, 3>(0, 0));
-        m.fixed_view_mut::<2, 3>(VELOCITY, BIAS).copy_from(&c.fixed_view::<2, 3>(0, 0));
+        m.fixed_view_mut::<2, 3>(VELOCITY, BIAS)
+            .copy_from(&c.fixed_view::<2, 3>(0, 0));
 
         m.fixed_view_mut::<3, 1>(MISALIGNMENT, LATITUDE)
             .copy_from(&(earth_by_latitude + transport_by_latitude));
-        m.fixed_view_mut::<3, 1>(MISALIGNMENT, VELOCITY).copy_from(&transport_by_east);
-        m.fixed_view_mut::<3, 1>(MISALIGNMENT, VELOCITY + 1).copy_from(&transport_by_north);
+        m.fixed_view_mut::<3, 1>(MISALIGNMENT, VELOCITY)
+            .copy_from(&transport_by_east);
+        m.fixed_view_mut::<3, 1>(MISALIGNMENT, VELOCITY + 1)
+            .copy_from(&transport_by_north);
         m.fixed_view_mut::<3, 3>(MISALIGNMENT, MISALIGNMENT)
             .copy_from(&-frame_rate.cross_matrix());
         m.fixed_view_mut::<3, 3>(MISALIGNMENT, DRIFT).copy_from(&-c);
@@ -113,7 +134,9 @@ impl Linearization {
     /// G q Gᵀ per second (equation 27): white sensor noise as it drives velocity and misalignment errors.
     pub fn process_noise_rate(&self, noise: &NoiseDensity) -> StateMatrix {
         let c = &self.body_to_navigation;
-        let spread = |density: &Vector3<f64>| c * Matrix3::from_diagonal(&density.component_mul(density)) * c.transpose();
+        let spread = |density: &Vector3<f64>| {
+            c * Matrix3::from_diagonal(&density.component_mul(density)) * c.transpose()
+        };
         let mut q = StateMatrix::zeros();
         q.fixed_view_mut::<2, 2>(VELOCITY, VELOCITY)
             .copy_from(&spread(&noise.accelerometer).fixed_view::<2, 2>(0, 0));
@@ -146,7 +169,12 @@ mod tests {
     #[test]
     fn dynamics_are_the_derivative_of_the_mechanization() {
         let truth = NavigationState {
-            attitude: HeadingPitchRoll { heading: 1.1, pitch: 0.2, roll: -0.3 }.attitude(),
+            attitude: HeadingPitchRoll {
+                heading: 1.1,
+                pitch: 0.2,
+                roll: -0.3,
+            }
+            .attitude(),
             velocity: Vector3::new(400.0, -300.0, 0.0),
             latitude: 0.8,
             longitude: 0.3,
@@ -157,7 +185,11 @@ mod tests {
         let interval = 1e-3;
         let run = |start: NavigationState, drift: Vector3<f64>, bias: Vector3<f64>| {
             let mut strapdown = Strapdown::new(start);
-            strapdown.propagate(&Increment::from_averages(interval, &(rate + drift), &(force + bias)));
+            strapdown.propagate(&Increment::from_averages(
+                interval,
+                &(rate + drift),
+                &(force + bias),
+            ));
             *strapdown.state()
         };
         let c = truth.attitude.to_rotation_matrix().into_inner();
@@ -178,14 +210,19 @@ mod tests {
             let derivative = |sign: f64| {
                 let x = x0 * sign;
                 let start = NavigationState {
-                    attitude: small_rotation(&-x.fixed_rows::<3>(MISALIGNMENT).into_owned()) * truth.attitude,
+                    attitude: small_rotation(&-x.fixed_rows::<3>(MISALIGNMENT).into_owned())
+                        * truth.attitude,
                     velocity: truth.velocity + Vector3::new(x[VELOCITY], x[VELOCITY + 1], 0.0),
                     latitude: truth.latitude + x[LATITUDE],
                     longitude: truth.longitude + x[LONGITUDE],
                     height: truth.height,
                 };
                 let error = error_of(
-                    &run(start, x.fixed_rows::<3>(DRIFT).into_owned(), x.fixed_rows::<3>(BIAS).into_owned()),
+                    &run(
+                        start,
+                        x.fixed_rows::<3>(DRIFT).into_owned(),
+                        x.fixed_rows::<3>(BIAS).into_owned(),
+                    ),
                     &end,
                 );
                 let mut change = error - x;
@@ -196,10 +233,17 @@ mod tests {
             // The mean derivative over the interval: F and its own second order.
             let analytic = (f + f * f * (0.5 * interval)) * x0;
             // Tolerance: the motion of F and the transport rate of the start velocity within a millisecond, and rounding.
-            for (start, len, rounding) in [(LATITUDE, 2, 5e-13), (VELOCITY, 2, 1e-8), (MISALIGNMENT, 3, 2e-11)] {
+            for (start, len, rounding) in [
+                (LATITUDE, 2, 5e-13),
+                (VELOCITY, 2, 1e-8),
+                (MISALIGNMENT, 3, 2e-11),
+            ] {
                 let (n, a) = (numerical.rows(start, len), analytic.rows(start, len));
                 let tolerance = 2e-4 * a.norm() + rounding;
-                assert!((n - a).norm() <= tolerance, "column {column} rows {start}: numerical {n} analytic {a}");
+                assert!(
+                    (n - a).norm() <= tolerance,
+                    "column {column} rows {start}: numerical {n} analytic {a}"
+                );
             }
         }
     }

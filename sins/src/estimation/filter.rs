@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::error_state::{
-    BIAS, DRIFT, LATITUDE, LONGITUDE, Linearization, MISALIGNMENT, StateMatrix, StateVector, VELOCITY,
+    BIAS, DRIFT, LATITUDE, LONGITUDE, Linearization, MISALIGNMENT, StateMatrix, StateVector,
+    VELOCITY,
 };
 use super::kalman::{Innovation, Kalman};
 use crate::imu::NoiseDensity;
@@ -41,9 +42,15 @@ impl InitialUncertainty {
         sigma[LATITUDE] = self.position_m / earth.meridian_radius_m;
         sigma[LONGITUDE] = self.position_m / (earth.transverse_radius_m * earth.cos_latitude);
         sigma.fixed_rows_mut::<2>(VELOCITY).fill(self.velocity_m_s);
-        sigma.fixed_rows_mut::<3>(MISALIGNMENT).copy_from(&self.misalignment_rad);
-        sigma.fixed_rows_mut::<3>(BIAS).copy_from(&self.accelerometer_bias_m_s2);
-        sigma.fixed_rows_mut::<3>(DRIFT).copy_from(&self.gyroscope_drift_rad_s);
+        sigma
+            .fixed_rows_mut::<3>(MISALIGNMENT)
+            .copy_from(&self.misalignment_rad);
+        sigma
+            .fixed_rows_mut::<3>(BIAS)
+            .copy_from(&self.accelerometer_bias_m_s2);
+        sigma
+            .fixed_rows_mut::<3>(DRIFT)
+            .copy_from(&self.gyroscope_drift_rad_s);
         StateMatrix::from_diagonal(&sigma.component_mul(&sigma))
     }
 }
@@ -89,7 +96,12 @@ impl Accumulated {
 
 impl ErrorFilter {
     /// Starts at a navigation state with the sensor errors assumed zero and their uncertainty in `covariance`.
-    pub fn new(start: NavigationState, covariance: StateMatrix, noise: NoiseDensity, feedback: Loop) -> Self {
+    pub fn new(
+        start: NavigationState,
+        covariance: StateMatrix,
+        noise: NoiseDensity,
+        feedback: Loop,
+    ) -> Self {
         Self {
             strapdown: Strapdown::new(start),
             kalman: Kalman {
@@ -111,7 +123,8 @@ impl ErrorFilter {
             .strapdown
             .propagate(&increment.without(&self.gyroscope_drift, &self.accelerometer_bias));
         self.interval.seconds += increment.interval_s;
-        self.interval.attitude += (before + self.strapdown.body_to_navigation()) * (0.5 * increment.interval_s);
+        self.interval.attitude +=
+            (before + self.strapdown.body_to_navigation()) * (0.5 * increment.interval_s);
         self.interval.velocity += gained;
     }
 
@@ -152,7 +165,8 @@ impl ErrorFilter {
         let velocity = self.strapdown.state().velocity;
         let innovations = [0, 1].map(|axis| {
             let error = velocity[axis] - measurement.east_north[axis];
-            self.kalman.update(VELOCITY + axis, error, measurement.sigma[axis].powi(2))
+            self.kalman
+                .update(VELOCITY + axis, error, measurement.sigma[axis].powi(2))
         });
         if self.feedback == Loop::Closed {
             self.feed_back();
@@ -207,8 +221,10 @@ impl ErrorFilter {
     /// The state vector with the sensor errors whole: δL, δλ, δv, φ not yet fed back, and ∇, ε since the start.
     pub fn state(&self) -> StateVector {
         let mut x = self.kalman.state;
-        x.fixed_rows_mut::<3>(BIAS).copy_from(&self.accelerometer_bias());
-        x.fixed_rows_mut::<3>(DRIFT).copy_from(&self.gyroscope_drift());
+        x.fixed_rows_mut::<3>(BIAS)
+            .copy_from(&self.accelerometer_bias());
+        x.fixed_rows_mut::<3>(DRIFT)
+            .copy_from(&self.gyroscope_drift());
         x
     }
 

@@ -78,9 +78,18 @@ mod tests {
     /// Measuring one of two correlated states: the textbook's conditional mean and covariance.
     #[test]
     fn update_is_conditioning() {
-        let mut kalman = Kalman { state: Vector2::new(1.0, 2.0), covariance: Matrix2::new(4.0, 3.0, 3.0, 9.0) };
+        let mut kalman = Kalman {
+            state: Vector2::new(1.0, 2.0),
+            covariance: Matrix2::new(4.0, 3.0, 3.0, 9.0),
+        };
         let innovation = kalman.update(0, 3.0, 1.0);
-        assert_eq!(innovation, Innovation { value: 2.0, variance: 5.0 });
+        assert_eq!(
+            innovation,
+            Innovation {
+                value: 2.0,
+                variance: 5.0
+            }
+        );
         assert!((kalman.state - Vector2::new(1.0 + 1.6, 2.0 + 1.2)).norm() < 1e-15);
         assert!((kalman.covariance - Matrix2::new(0.8, 0.6, 0.6, 9.0 - 1.8)).norm() < 1e-14);
     }

@@ -125,7 +125,9 @@ impl Estimate {
     /// One-sigma of heading, pitch and roll of the ship \[rad\], for a ship near level: heading takes φ_U, pitch and roll
     /// take φ about the ship's own x and y.
     pub fn vehicle_sigma(&self) -> HeadingPitchRoll {
-        let p = self.covariance.fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT);
+        let p = self
+            .covariance
+            .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT);
         let (sin, cos) = self.vehicle.heading.sin_cos();
         let along = |axis: Vector3<f64>| (axis.transpose() * p * axis)[0].max(0.0).sqrt();
         HeadingPitchRoll {

@@ -18,8 +18,6 @@ use std::collections::VecDeque;
 pub use estimate::{Calibration, Estimate, InnovationReport, Phase, SampleReport};
 use nalgebra::{UnitQuaternion, Vector3};
 pub use settings::{Reference, Settings, Thresholds, default_noise};
-// TEMPORARY until the nodes take them from units:
-pub use crate::units::{ARC_MINUTE, ARC_SECOND, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 use crate::coarse_alignment::CoarseAlignment;
 use crate::error::Error;
@@ -129,7 +127,10 @@ impl SelfCalibration {
                 "-89.5 .. 89.5 (a local-level frame needs a north)",
             ));
         }
-        if fix.longitude.is_nan() || fix.longitude.abs() > 361f64.to_radians() || !fix.height.is_finite() {
+        if fix.longitude.is_nan()
+            || fix.longitude.abs() > 361f64.to_radians()
+            || !fix.height.is_finite()
+        {
             return Err(Error::setting(
                 "longitude in degrees and height in m of the fix",
                 format!("{}, {}", fix.longitude.to_degrees(), fix.height),
@@ -155,7 +156,10 @@ impl SelfCalibration {
     /// [`Error::NotFinite`].
     pub fn ingest_joints(&mut self, joints: JointSample) -> Result<(), Error> {
         if !joints.position.iter().all(|v| v.is_finite()) {
-            return Err(Error::NotFinite { what: "joint position", stamp: joints.stamp });
+            return Err(Error::NotFinite {
+                what: "joint position",
+                stamp: joints.stamp,
+            });
         }
         self.joints.push(joints);
         Ok(())
@@ -165,9 +169,16 @@ impl SelfCalibration {
     ///
     /// # Errors
     /// [`Error::NotFinite`], or [`Error::Setting`] where a sigma is not positive.
-    pub fn ingest_velocity(&mut self, stamp: Stamp, measurement: VelocityMeasurement) -> Result<(), Error> {
+    pub fn ingest_velocity(
+        &mut self,
+        stamp: Stamp,
+        measurement: VelocityMeasurement,
+    ) -> Result<(), Error> {
         if !measurement.east_north.iter().all(|v| v.is_finite()) {
-            return Err(Error::NotFinite { what: "aiding velocity", stamp });
+            return Err(Error::NotFinite {
+                what: "aiding velocity",
+                stamp,
+            });
         }
         if !measurement.sigma.iter().all(|v| v.is_finite() && *v > 0.0) {
             return Err(Error::setting(
@@ -201,7 +212,9 @@ impl SelfCalibration {
             if !covered && sample.stamp.seconds_since(first.stamp) <= patience_s {
                 break;
             }
-            let Some(next) = self.waiting.pop_front() else { break };
+            let Some(next) = self.waiting.pop_front() else {
+                break;
+            };
             latest = self.process(&next)?.or(latest);
         }
         Ok(latest)
@@ -219,7 +232,9 @@ impl SelfCalibration {
         if let Stage::Gathering(gathering) = &self.stage {
             let seconds = gathering.coarse.seconds();
             if self.position.is_none() {
-                return Err(Error::Alignment { reason: "no position: expected a valid fix before the samples ended".into() });
+                return Err(Error::Alignment {
+                    reason: "no position: expected a valid fix before the samples ended".into(),
+                });
             }
             if seconds < self.settings.coarse_alignment_min_s && self.last.is_none() {
                 return Err(Error::Alignment {
@@ -233,7 +248,9 @@ impl SelfCalibration {
                 self.start_filter()?;
             }
         }
-        self.last.clone().ok_or_else(|| Error::Alignment { reason: "the samples ended before the first estimate".into() })
+        self.last.clone().ok_or_else(|| Error::Alignment {
+            reason: "the samples ended before the first estimate".into(),
+        })
     }
 
     /// Where the machine stands now.
@@ -322,13 +339,17 @@ impl SelfCalibration {
     /// Solves the coarse alignment and takes the filter over everything gathered.
     fn start_filter(&mut self) -> Result<(), Error> {
         let gathered = std::mem::replace(&mut self.stage, Stage::Gathering(Box::default()));
-        let (Stage::Gathering(gathering), Some(fix), Some(start)) = (gathered, self.position, self.start) else {
+        let (Stage::Gathering(gathering), Some(fix), Some(start)) =
+            (gathered, self.position, self.start)
+        else {
             return Ok(());
         };
         self.start = self.stepper.last();
-        let coarse = gathering
-            .coarse
-            .solve(fix.latitude, fix.height, self.settings.coarse_residual_limit_m_s)?;
+        let coarse = gathering.coarse.solve(
+            fix.latitude,
+            fix.height,
+            self.settings.coarse_residual_limit_m_s,
+        )?;
         self.start = Some(start);
         let place = NavigationState {
             attitude: coarse.at_start,
@@ -342,7 +363,10 @@ impl SelfCalibration {
         let mut run = Run {
             filter: ErrorFilter::new(place, covariance, noise, Loop::Open),
             next_step: start.plus_nanos(seconds_to_nanos(self.settings.step_s)),
-            window: InnovationWindow::new(self.settings.window_updates, self.settings.window_false_alarm),
+            window: InnovationWindow::new(
+                self.settings.window_updates,
+                self.settings.window_false_alarm,
+            ),
             last_normalized: 0.0,
             failures: 0,
             reference_attitude: coarse.at_start,
@@ -363,7 +387,9 @@ impl SelfCalibration {
 
     /// One step of the running filter.
     fn advance(&mut self, step: &Step) -> Option<Estimate> {
-        let Stage::Running(mut run) = std::mem::replace(&mut self.stage, Stage::Gathering(Box::default())) else {
+        let Stage::Running(mut run) =
+            std::mem::replace(&mut self.stage, Stage::Gathering(Box::default()))
+        else {
             return None;
         };
         let updated = self.run_step(&mut run, step);
@@ -395,7 +421,10 @@ impl SelfCalibration {
         run.filter.step();
         if let Some(measurement) = measurement {
             let innovations = run.filter.update_velocity(&measurement);
-            run.last_normalized = innovations.iter().map(crate::estimation::kalman::Innovation::normalized_squared).sum();
+            run.last_normalized = innovations
+                .iter()
+                .map(crate::estimation::kalman::Innovation::normalized_squared)
+                .sum();
             run.window.push(run.last_normalized);
             run.failures += u64::from(!run.window.passes());
         } else {
@@ -405,8 +434,12 @@ impl SelfCalibration {
         while run.next_step <= step.stamp.plus_nanos(half_sample) {
             run.next_step = run.next_step.plus_nanos(period);
         }
-        run.turned |=
-            run.filter.navigation().attitude.angle_to(&run.reference_attitude) > self.settings.turn_rad;
+        run.turned |= run
+            .filter
+            .navigation()
+            .attitude
+            .angle_to(&run.reference_attitude)
+            > self.settings.turn_rad;
         true
     }
 
@@ -420,7 +453,12 @@ impl SelfCalibration {
     }
 
     fn phase_of(&self, run: &Run) -> Phase {
-        let below = |sigma: &StateVector| sigma.iter().zip(&self.settings.thresholds.sigma).all(|(s, limit)| s <= limit);
+        let below = |sigma: &StateVector| {
+            sigma
+                .iter()
+                .zip(&self.settings.thresholds.sigma)
+                .all(|(s, limit)| s <= limit)
+        };
         if !run.window.passes() {
             Phase::Inconsistent
         } else if run.window.is_full() && run.turned && below(&run.filter.sigma()) {
@@ -435,7 +473,10 @@ impl SelfCalibration {
     fn estimate(&self, run: &Run, stamp: Stamp) -> Estimate {
         let navigation = *run.filter.navigation();
         let covariance: StateMatrix = *run.filter.covariance();
-        let table = self.settings.turntable.attitude(self.joints.angles_at(stamp));
+        let table = self
+            .settings
+            .turntable
+            .attitude(self.joints.angles_at(stamp));
         Estimate {
             stamp,
             phase: self.phase_of(run),
@@ -453,7 +494,6 @@ impl SelfCalibration {
             duration_s: self.start.map_or(0.0, |start| stamp.seconds_since(start)),
         }
     }
-
 }
 
 impl Gathering {
@@ -461,7 +501,13 @@ impl Gathering {
     fn noise(&self) -> NoiseDensity {
         let seconds = self.coarse.seconds();
         let density = |sum: &Vector3<f64>, default: &Vector3<f64>| {
-            Vector3::from_fn(|i, _| if sum[i] > 0.0 { (sum[i] / seconds).sqrt() } else { default[i] })
+            Vector3::from_fn(|i, _| {
+                if sum[i] > 0.0 {
+                    (sum[i] / seconds).sqrt()
+                } else {
+                    default[i]
+                }
+            })
         };
         let default = default_noise();
         NoiseDensity {

@@ -36,7 +36,11 @@ impl Thresholds {
     /// that is not positive asks nothing of its state.
     pub fn new(misalignment_rad: [f64; 3], bias_m_s2: [f64; 3], drift_rad_s: [f64; 3]) -> Self {
         let mut sigma = [f64::INFINITY; STATES];
-        for (start, values) in [(MISALIGNMENT, misalignment_rad), (BIAS, bias_m_s2), (DRIFT, drift_rad_s)] {
+        for (start, values) in [
+            (MISALIGNMENT, misalignment_rad),
+            (BIAS, bias_m_s2),
+            (DRIFT, drift_rad_s),
+        ] {
             for (i, value) in values.into_iter().enumerate() {
                 if value > 0.0 {
                     sigma[start + i] = value;
@@ -50,7 +54,11 @@ impl Thresholds {
 impl Default for Thresholds {
     /// ε 0.002 deg/h, ∇ 10 ug, azimuth 1 arcmin.
     fn default() -> Self {
-        Self::new([0.0, 0.0, ARC_MINUTE], [10.0 * MICRO_G; 3], [0.002 * DEG_PER_HOUR; 3])
+        Self::new(
+            [0.0, 0.0, ARC_MINUTE],
+            [10.0 * MICRO_G; 3],
+            [0.002 * DEG_PER_HOUR; 3],
+        )
     }
 }
 
@@ -143,8 +151,14 @@ impl Settings {
         positive("prior.velocity_m_s", self.prior.velocity_m_s)?;
         for (name, vector) in [
             ("prior.misalignment_rad", &self.prior.misalignment_rad),
-            ("prior.accelerometer_bias_m_s2", &self.prior.accelerometer_bias_m_s2),
-            ("prior.gyroscope_drift_rad_s", &self.prior.gyroscope_drift_rad_s),
+            (
+                "prior.accelerometer_bias_m_s2",
+                &self.prior.accelerometer_bias_m_s2,
+            ),
+            (
+                "prior.gyroscope_drift_rad_s",
+                &self.prior.gyroscope_drift_rad_s,
+            ),
         ] {
             vector.iter().try_for_each(|v| positive(name, *v))?;
         }
@@ -155,12 +169,20 @@ impl Settings {
         if let Some(noise) = &self.noise {
             for value in noise.gyroscope.iter().chain(&noise.accelerometer) {
                 if !(value.is_finite() && *value >= 0.0) {
-                    return Err(Error::setting("noise density", value, "a number that is not negative"));
+                    return Err(Error::setting(
+                        "noise density",
+                        value,
+                        "a number that is not negative",
+                    ));
                 }
             }
         }
         if !(1e-12..0.5).contains(&self.window_false_alarm) {
-            return Err(Error::setting("window_false_alarm", self.window_false_alarm, "1e-12 .. 0.5"));
+            return Err(Error::setting(
+                "window_false_alarm",
+                self.window_false_alarm,
+                "1e-12 .. 0.5",
+            ));
         }
         if self.window_updates == 0 {
             return Err(Error::setting("window_updates", 0, "at least 1"));
