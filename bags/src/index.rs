@@ -200,9 +200,13 @@ impl Scan<'_> {
                     return;
                 }
                 Some(record) if self.take(&record) => offset = record.end(),
+                _ if self.take_cut_chunk(offset) => {
+                    self.cut_off = Some(offset);
+                    return;
+                }
                 _ => {
                     let Some(next) = record::resynchronise(self.data, offset + 1) else {
-                        self.end_inside(offset);
+                        self.cut_off = Some(offset);
                         return;
                     };
                     self.passed_over(offset, next);
@@ -324,23 +328,18 @@ impl Scan<'_> {
         });
     }
 
-    /// The file ends in the record at `offset`. Of a chunk, what is there can be used.
-    fn end_inside(&mut self, offset: usize) {
-        self.cut_off = Some(offset);
-        let Some(body) = self.data.get(offset + 9..) else {
-            return;
+    /// Takes the chunk at `offset` where the end of the file is inside of it: what is there can be used.
+    fn take_cut_chunk(&mut self, offset: usize) -> bool {
+        let Some(chunk) = record::cut_chunk_at(self.data, offset) else {
+            return false;
         };
-        if self.data.get(offset) == Some(&op::CHUNK)
-            && let Some(chunk) = record::chunk(body)
-            && chunk.packed_length > chunk.packed.len() as u64
-        {
-            self.index.segments.push(Segment {
-                kind: SegmentKind::CutChunk,
-                range: offset..self.data.len(),
-                first_time: chunk.first_time,
-                last_time: chunk.first_time,
-                counts: None,
-            });
-        }
+        self.index.segments.push(Segment {
+            kind: SegmentKind::CutChunk,
+            range: offset..self.data.len(),
+            first_time: chunk.first_time,
+            last_time: chunk.first_time,
+            counts: None,
+        });
+        true
     }
 }

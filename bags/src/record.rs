@@ -204,12 +204,26 @@ pub(crate) fn chunk(body: &[u8]) -> Option<Chunk<'_>> {
     })
 }
 
+/// The chunk that begins at `offset`, where its head is good and the end of the data is inside of it.
+pub(crate) fn cut_chunk_at(data: &[u8], offset: usize) -> Option<Chunk<'_>> {
+    let mut fields = Fields(data.get(offset..)?);
+    let opcode = fields.take(1)?[0];
+    let length = fields.u64()?;
+    let body = fields.0;
+    let chunk = chunk(body).filter(|_| opcode == op::CHUNK)?;
+    let head = (body.len() - chunk.packed.len()) as u64;
+    let is_cut = head.checked_add(chunk.packed_length)? == length && length > body.len() as u64;
+    (is_cut && chunk.has_sense()).then_some(chunk)
+}
+
 impl Chunk<'_> {
     /// Whether the lengths in the head agree with the length of the record.
     pub fn is_whole(&self) -> bool {
-        self.packed.len() as u64 == self.packed_length
-            && matches!(self.compression, "" | "zstd" | "lz4")
-            && self.first_time <= self.last_time
+        self.packed.len() as u64 == self.packed_length && self.has_sense()
+    }
+
+    fn has_sense(&self) -> bool {
+        matches!(self.compression, "" | "zstd" | "lz4") && self.first_time <= self.last_time
     }
 }
 

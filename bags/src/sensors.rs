@@ -2,9 +2,13 @@
 
 use rotary_sins_msgs::{
     RosMessage,
+    geometry_msgs::TwistWithCovarianceStamped,
     sensor_msgs::{Imu, JointState, NavSatFix},
 };
-use sins::{imu::ImuSample, self_calibration::PositionFix, time::Stamp, turntable::JointSample};
+use sins::{
+    estimation::filter::VelocityMeasurement, imu::ImuSample, self_calibration::PositionFix,
+    time::Stamp, turntable::JointSample,
+};
 
 use crate::{
     bag::Bag,
@@ -32,6 +36,8 @@ pub enum Sample {
     Joints(JointSample),
     /// Of the satellite receiver.
     Fix(Fix),
+    /// Velocity over ground, with its time.
+    Velocity(Stamp, VelocityMeasurement),
 }
 
 /// Which topics, and which part of the bag.
@@ -43,6 +49,8 @@ pub struct SensorOptions {
     pub joints_topic: Option<String>,
     /// Topic of the position; else `/fix`, else the only one of its type, else none.
     pub fix_topic: Option<String>,
+    /// Topic of the velocity over ground; else `/aiding/velocity`, else none.
+    pub velocity_topic: Option<String>,
     /// Begin so long after the first message \[s\].
     pub start_offset: Option<f64>,
     /// Read so much \[s\].
@@ -56,7 +64,8 @@ pub struct SensorStream<'b> {
     imu: usize,
     joints: Option<usize>,
     fix: Option<usize>,
-    read: [u64; 3],
+    velocity: Option<usize>,
+    read: [u64; 4],
 }
 
 impl<'b> SensorStream<'b> {
@@ -82,7 +91,19 @@ impl<'b> SensorStream<'b> {
             options.joints_topic.as_deref(),
         )?;
         let fix = optional(NavSatFix::TYPE_NAME, "/fix", options.fix_topic.as_deref())?;
-        let topics: Vec<usize> = [Some(imu), joints, fix].into_iter().flatten().collect();
+        // By its name alone: what a compensator puts out is of the same type.
+        let velocity = match options.velocity_topic.as_deref() {
+            Some(name) => {
+                Some(bag.find_topic(TwistWithCovarianceStamped::TYPE_NAME, name, Some(name))?)
+            }
+            None => bag
+                .topic("/aiding/velocity")
+                .filter(|&at| bag.topics()[at].type_name == TwistWithCovarianceStamped::TYPE_NAME),
+        };
+        let topics: Vec<usize> = [Some(imu), joints, fix, velocity]
+            .into_iter()
+            .flatten()
+            .collect();
         let selection =
             Selection::topics(topics).window(bag, options.start_offset, options.duration);
         let messages = bag.messages(&selection);
@@ -92,7 +113,8 @@ impl<'b> SensorStream<'b> {
             imu,
             joints,
             fix,
-            read: [0; 3],
+            velocity,
+            read: [0; 4],
         })
     }
 
@@ -133,8 +155,10 @@ impl<'b> SensorStream<'b> {
             (0, samples::imu(message.data).map(Sample::Imu))
         } else if Some(topic) == self.joints {
             (1, samples::joints(message.data).map(Sample::Joints))
-        } else {
+        } else if Some(topic) == self.fix {
             (2, fix(message.data).map(Sample::Fix))
+        } else {
+            (3, velocity(message.data))
         };
         let index = self.read[slot];
         self.read[slot] += 1;
@@ -144,10 +168,40 @@ impl<'b> SensorStream<'b> {
     }
 }
 
+fn velocity(payload: &[u8]) -> Result<Sample, String> {
+    let message: TwistWithCovarianceStamped = cdr::decode(payload)?;
+    Ok(Sample::Velocity(
+        message.header.stamp.into(),
+        message.velocity_measurement(),
+    ))
+}
+
 fn fix(payload: &[u8]) -> Result<Fix, String> {
     let message: NavSatFix = cdr::decode(payload)?;
     Ok(Fix {
         stamp: message.header.stamp.into(),
         position: message.position(),
     })
+}
+
+/// The last position of a topic before a log time \[ns\], as a latched topic would give it to a late subscriber.
+///
+/// # Errors
+/// [`Error::Message`] where a message is no fix.
+pub fn last_position_before(
+    bag: &Bag,
+    topic: usize,
+    end: u64,
+) -> Result<Option<PositionFix>, Error> {
+    let mut messages = bag.messages(&Selection {
+        end: Some(end),
+        ..Selection::topics([topic])
+    });
+    let (mut last, mut index) = (None, 0);
+    while let Some(message) = messages.next() {
+        let fix = fix(message.data).map_err(|reason| bag.message_error(topic, index, reason))?;
+        last = fix.position.or(last);
+        index += 1;
+    }
+    Ok(last)
 }

@@ -30,6 +30,7 @@ fn counts(bag: &Bag) -> ([u64; 3], i64) {
                 last = Some(imu.stamp.nanos());
             }
             Sample::Joints(_) => counts[1] += 1,
+            Sample::Velocity(..) => {}
             Sample::Fix(fix) => {
                 assert!(fix.position.is_some());
                 counts[2] += 1;
