@@ -74,6 +74,7 @@ mod parameter_file;
 mod parameters;
 mod publisher;
 mod qos;
+mod raw;
 mod ros_args;
 mod run;
 mod service;
@@ -95,7 +96,8 @@ pub use parameters::{FromValue, Parameter, ParameterType, Parameters, USE_SIM_TI
 pub use publisher::{Publisher, PublisherStatistics};
 pub use qos::{Qos, SENSOR_DEPTH};
 pub use ros_args::{LogLevelRule, RosArgs};
-pub use run::run;
+pub use raw::{DiscoveredPublisher, Payload};
+pub use run::{run, run_with};
 pub use service::{Client, RequestId, Service};
 pub use shutdown::Shutdown;
 pub use stream_monitor::StreamMonitor;

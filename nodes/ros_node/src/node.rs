@@ -369,6 +369,10 @@ impl Node {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
+    pub(crate) fn ros_handle(&self) -> Arc<Mutex<ros2_client::Node>> {
+        Arc::clone(&self.shared.ros)
+    }
+
     fn endpoints(&self) -> MutexGuard<'_, Endpoints> {
         self.shared
             .endpoints

@@ -42,12 +42,26 @@ where
     Fut: Future<Output = Result<(), E>>,
     E: Display,
 {
+    run_with(std::env::args().skip(1), builder, main)
+}
+
+/// As [`run`], with these arguments instead of the command line's: for a program of which the node is one command.
+pub fn run_with<F, Fut, E>(
+    arguments: impl IntoIterator<Item = String>,
+    builder: NodeBuilder,
+    main: F,
+) -> ExitCode
+where
+    F: FnOnce(Node) -> Fut,
+    Fut: Future<Output = Result<(), E>>,
+    E: Display,
+{
     let name = builder.name().to_owned();
     let unusable = |error: &dyn Display| {
         eprintln!("{name}: {error:#}");
         ExitCode::from(UNUSABLE)
     };
-    let ros_args = match RosArgs::parse(std::env::args().skip(1)) {
+    let ros_args = match RosArgs::parse(arguments) {
         Ok(ros_args) => ros_args,
         Err(error) => return unusable(&error),
     };

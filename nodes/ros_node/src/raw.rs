@@ -1,0 +1,199 @@
+//! Topics whose type is known only at run time: payloads as they are, for recorders and players.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use ros2_client::{Message, MessageTypeName, Name};
+use rustdds::Topic;
+use rustdds::policy::{Durability, Reliability};
+use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
+use serde::ser::{Serialize, SerializeTuple, Serializer};
+
+use crate::error::{Error, Result};
+use crate::node::{Node, type_parts};
+use crate::publisher::Publisher;
+use crate::qos::Qos;
+use crate::subscription::Subscription;
+
+/// A message of any type as its little-endian CDR, without the four bytes of encapsulation in front.
+///
+/// (ros2-client does not hand the encapsulation over, so that a big-endian sender's payload cannot be told from a
+/// little-endian one. ROS 2 runs on no big-endian machine.)
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Payload(pub Vec<u8>);
+
+impl Message for Payload {}
+
+impl Serialize for Payload {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut bytes = serializer.serialize_tuple(self.0.len())?;
+        for byte in &self.0 {
+            bytes.serialize_element(byte)?;
+        }
+        bytes.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Payload {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ToTheEnd;
+        impl<'de> Visitor<'de> for ToTheEnd {
+            type Value = Payload;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the bytes of a message")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut bytes: A) -> Result<Payload, A::Error> {
+                let mut payload = Vec::with_capacity(512);
+                // CDR has no length of the whole: the only error that reading bytes can give is their end.
+                while let Ok(Some(byte)) = bytes.next_element() {
+                    payload.push(byte);
+                }
+                Ok(Payload(payload))
+            }
+        }
+        deserializer.deserialize_tuple(usize::MAX, ToTheEnd)
+    }
+}
+
+/// What the publishers of a topic offer together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DiscoveredPublisher {
+    /// Absolute name of the topic.
+    pub topic: String,
+    /// Full name of the type, `package/msg/Name`.
+    pub type_name: String,
+    /// All of them are reliable.
+    pub reliable: bool,
+    /// All of them are transient local.
+    pub transient_local: bool,
+}
+
+impl Node {
+    /// The topics that others publish, each type of each once. What this node publishes itself is left out.
+    pub fn discovered_publishers(&self) -> Vec<DiscoveredPublisher> {
+        let participant = self.participant();
+        let own = participant.guid().prefix;
+        let mut found: BTreeMap<(String, String), DiscoveredPublisher> = BTreeMap::new();
+        for writer in participant.discovered_writers() {
+            let data = writer.publication_topic_data;
+            if data.key.prefix == own {
+                continue;
+            }
+            let Some((topic, type_name)) = ros_names(&data.topic_name, &data.type_name) else {
+                continue;
+            };
+            let reliable = matches!(data.reliability, Some(Reliability::Reliable { .. }));
+            let transient_local = data.durability >= Some(Durability::TransientLocal);
+            found
+                .entry((topic.clone(), type_name.clone()))
+                .and_modify(|publisher| {
+                    publisher.reliable &= reliable;
+                    publisher.transient_local &= transient_local;
+                })
+                .or_insert(DiscoveredPublisher {
+                    topic,
+                    type_name,
+                    reliable,
+                    transient_local,
+                });
+        }
+        found.into_values().collect()
+    }
+
+    /// A publisher of payloads of a type that is known by its name, `package/msg/Name`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn raw_publisher(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+    ) -> Result<Publisher<Payload>> {
+        let (topic, dds_topic) = self.raw_topic(topic, type_name, qos)?;
+        let writer = self
+            .ros()
+            .create_publisher(&dds_topic, Some(qos.profile()))
+            .map_err(|error| Error::Create {
+                what: format!("a publisher of {topic}"),
+                reason: error.to_string(),
+            })?;
+        Ok(Publisher::new(writer, &topic, self.graph()))
+    }
+
+    /// A subscription of payloads of a type that is known by its name, `package/msg/Name`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn raw_subscription(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+    ) -> Result<Subscription<Payload>> {
+        let (topic, dds_topic) = self.raw_topic(topic, type_name, qos)?;
+        let reader = self
+            .ros()
+            .create_subscription(&dds_topic, Some(qos.profile()))
+            .map_err(|error| Error::Create {
+                what: format!("a subscription of {topic}"),
+                reason: error.to_string(),
+            })?;
+        let ros = self.ros_handle();
+        Ok(Subscription::new(
+            reader,
+            Arc::clone(&ros),
+            dds_topic,
+            &topic,
+            qos,
+            self.graph(),
+        ))
+    }
+
+    fn raw_topic(&self, topic: &str, type_name: &str, qos: Qos) -> Result<(String, Topic)> {
+        let topic = self.resolve_topic(topic)?;
+        let failed = |reason: String| Error::Create {
+            what: format!("topic {topic}"),
+            reason,
+        };
+        let name = Name::parse(&topic).map_err(|error| failed(error.to_string()))?;
+        let (package, kind) = type_parts(type_name, "msg").map_err(failed)?;
+        let dds_topic = self
+            .ros()
+            .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
+            .map_err(|error| failed(error.to_string()))?;
+        Ok((topic, dds_topic))
+    }
+}
+
+/// Topic and type as ROS names them; `None` for what is no ROS topic (services, actions' services, discovery, plain DDS).
+fn ros_names(topic: &str, type_name: &str) -> Option<(String, String)> {
+    let topic = topic.strip_prefix("rt/")?;
+    let (package, kind) = type_name.split_once("::msg::dds_::")?;
+    Some((
+        format!("/{topic}"),
+        format!("{package}/msg/{}", kind.strip_suffix('_')?),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// DDS names become ROS names; what is no topic of ROS becomes none.
+    #[test]
+    fn names() {
+        assert_eq!(
+            ros_names("rt/imu/data_raw", "sensor_msgs::msg::dds_::Imu_"),
+            Some(("/imu/data_raw".into(), "sensor_msgs/msg/Imu".into()))
+        );
+        assert_eq!(
+            ros_names("rr/n/get_parametersReply", "a::srv::dds_::B_Response_"),
+            None
+        );
+        assert_eq!(ros_names("rt/x", "Plain"), None);
+    }
+}
