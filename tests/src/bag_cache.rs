@@ -1,9 +1,9 @@
 //! Bags made by our own simulator, kept between runs of the tests.
 
-use std::collections::hash_map::DefaultHasher;
 use std::fs;
-use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::UNIX_EPOCH;
 
 use crate::cli::rotary_sins;
 use crate::executables::{executable, target_directory};
@@ -28,42 +28,52 @@ impl Simulation {
         }
     }
 
-    /// The bag, made where it is not there yet. It is made anew where the arguments or the executable have changed.
+    /// The bag, made where it is not there yet. A new executable makes all bags anew.
     pub fn bag(&self) -> PathBuf {
-        let modified = fs::metadata(executable("rotary-sins"))
-            .and_then(|file| file.modified())
-            .unwrap();
+        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+        let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let [hours, rate, seed] =
             [self.hours, self.rate_hz, self.seed as f64].map(|number| number.to_string());
-        let mut hasher = DefaultHasher::new();
-        (&self.scheme, &hours, &rate, &seed, modified).hash(&mut hasher);
-        let folder = target_directory().join("test-bags");
-        let bag = folder.join(format!("{:016x}", hasher.finish()));
+        let name = Path::new(&self.scheme)
+            .file_stem()
+            .unwrap()
+            .to_str()
+            .unwrap();
+        let bag = cache().join(format!("{name}_{hours}h_{rate}Hz_seed{seed}"));
         if !bag.exists() {
-            fs::create_dir_all(&folder).unwrap();
             // Written aside first, so that a run that was cut off leaves nothing that looks whole.
-            let part = folder.join(format!("{:016x}.{}", hasher.finish(), std::process::id()));
-            let _ = rotary_sins(&[
-                "simulate",
-                "--scheme",
-                &self.scheme,
-                "--hours",
-                &hours,
-                "--rate",
-                &rate,
-                "--seed",
-                &seed,
-                "--output",
-                part.to_str().unwrap(),
-            ])
-            .expect_status(0);
-            if fs::rename(&part, &bag).is_err() {
-                // Another test was first.
-                fs::remove_dir_all(&part).ok();
-            }
+            let part = scratch("simulating").join("bag");
+            let arguments = [
+                ["simulate", "--scheme", &self.scheme],
+                ["--hours", &hours, "--rate"],
+                [&rate, "--seed", &seed],
+            ];
+            let output = ["--output", part.to_str().unwrap()];
+            let _ = rotary_sins(&[&arguments.concat()[..], &output[..]].concat()).expect_status(0);
+            fs::rename(&part, &bag).unwrap();
         }
         bag
     }
+}
+
+/// Folder of the bags of this executable; those of an older one are removed.
+fn cache() -> PathBuf {
+    let modified = fs::metadata(executable("rotary-sins"))
+        .and_then(|file| file.modified())
+        .unwrap();
+    let all = target_directory().join("test-bags");
+    let folder = all.join(
+        modified
+            .duration_since(UNIX_EPOCH)
+            .unwrap()
+            .as_nanos()
+            .to_string(),
+    );
+    if !folder.exists() {
+        fs::remove_dir_all(&all).ok();
+        fs::create_dir_all(&folder).unwrap();
+    }
+    folder
 }
 
 /// An empty folder for the files of one test, in the target folder; what an earlier run left in it is gone.

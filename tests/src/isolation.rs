@@ -66,19 +66,18 @@ fn test_name<F>() -> &'static str {
 fn permitted_unshare() -> Option<Command> {
     [&[][..], &["--map-root-user"][..]]
         .into_iter()
-        .map(|extra| {
-            let mut command = Command::new("unshare");
-            command.args(UNSHARE).args(extra);
-            command
-        })
-        .find_map(|mut command| {
-            let tried = Command::new(command.get_program())
-                .args(command.get_args())
+        .map(|extra| [&UNSHARE[..], extra].concat())
+        .find(|options| {
+            let tried = Command::new("unshare")
+                .args(options)
                 .args(["bash", "-c", ENTER, "bash", "true"])
                 .output();
-            tried
-                .is_ok_and(|output| output.status.success())
-                .then(|| std::mem::replace(&mut command, Command::new("true")))
+            tried.is_ok_and(|output| output.status.success())
+        })
+        .map(|options| {
+            let mut command = Command::new("unshare");
+            command.args(options);
+            command
         })
 }
 

@@ -52,7 +52,7 @@ impl Scene {
                 .arg("record")
                 .arg("--output")
                 .arg(&bag),
-            |program, topic| program.arg(topic),
+            Program::arg,
         );
         self.start(&program);
         bag

@@ -152,7 +152,7 @@ fn killed_calibrator_aligns_anew_and_converges() {
 fn late_compensator_gets_the_latched_calibration() {
     isolated(|| {
         let bag = four_hours().bag();
-        let mut scene = Scene::new("late_compensator");
+        let scene = Scene::new("late_compensator");
         let mut calibrator = scene.start_apart(&calibrator());
         let player = scene.play(&bag, SLOW);
         calibrator.wait_for_line("-> converged", PATIENCE);

@@ -6,8 +6,10 @@ use std::path::Path;
 use serde_json::{Value, json};
 use suite_tests::{Peer, Program, Scene, isolated, peer_python};
 
-/// The distributions under test: those that `setup.sh` has set up.
+/// What `setup.sh` sets up by default.
 const DISTRIBUTION: &str = "kilted";
+/// Of rcl_interfaces/msg/ParameterType.
+const PARAMETER_DOUBLE: u8 = 3;
 
 fn simulator() -> Program {
     Program::new("imu_simulator")
@@ -192,8 +194,7 @@ fn rclpy_uses_the_parameter_services() {
         for name in ["turn_deg", "use_sim_time", "coarse_alignment_s"] {
             assert!(names.contains(&json!(name)), "{name} in {names:?}");
         }
-        const DOUBLE: u8 = 3;
-        assert_eq!(answer["types"], json!([DOUBLE]));
+        assert_eq!(answer["types"], json!([PARAMETER_DOUBLE]));
         let descriptor = &answer["descriptor"];
         assert_eq!(descriptor["read_only"], true);
         assert_eq!(
@@ -227,5 +228,22 @@ fn rclpy_turns_the_table() {
             let error = number(&answer["end"][joint]) - target;
             assert!(error.abs() < 1e-9, "joint {joint}: {answer}");
         }
+    });
+}
+
+/// A second DDS vendor reads the samples too, without losing one.
+#[test]
+fn cyclone_dds_reads_the_samples() {
+    let Some(python) = peer_python(DISTRIBUTION) else {
+        return;
+    };
+    isolated(|| {
+        let mut scene = Scene::new("cyclone");
+        scene.start(&simulator());
+        let answer = Peer::new(&python, "cyclone.py").arg("1000").ask();
+        scene.end();
+        assert_eq!(answer["frame_id"], "imu_link");
+        assert!((number(&answer["linear_acceleration_z"]) - 9.807).abs() < 0.01);
+        assert_eq!(answer["intervals_ns"], json!([10_000_000]));
     });
 }
