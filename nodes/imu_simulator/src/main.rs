@@ -1,2 +1,19 @@
-//! imu_simulator
-fn main() {}
+//! ROS 2 node: a ship, a two-axis table on it, and the IMU on the table. It drives [`sins::simulation::Simulator`]; here
+//! joint trajectories become motions, and samples become messages, at a chosen multiple of real time.
+
+mod node;
+mod outputs;
+mod pacing;
+mod parameters;
+mod wait_list;
+
+use std::process::ExitCode;
+
+use ros_node::NodeBuilder;
+
+fn main() -> ExitCode {
+    let builder = NodeBuilder::new("imu_simulator")
+        .about("simulates ship, turntable and IMU, and publishes what a driver would, with the truth beside it")
+        .parameters(parameters::declarations());
+    ros_node::run(builder, node::main)
+}

@@ -112,6 +112,13 @@ impl Plant {
         self.now
     }
 
+    /// End of the interval that comes next.
+    pub fn next_stamp(&self) -> Stamp {
+        self.settings
+            .start
+            .plus_nanos(self.cadence.nanos(self.steps + 1))
+    }
+
     /// The ship, now.
     pub fn ship(&self) -> &ShipState {
         &self.ship
@@ -155,11 +162,8 @@ impl Plant {
     /// Lets one sampling interval pass.
     pub fn step(&mut self) -> TruthSample {
         let from = self.now;
+        let to = self.next_stamp();
         self.steps += 1;
-        let to = self
-            .settings
-            .start
-            .plus_nanos(self.cadence.nanos(self.steps));
         let (angular_rate, specific_force) =
             if self.settings.ship.is_at_rest() && self.table.rests(from, to) {
                 *self.resting.get_or_insert_with(|| {

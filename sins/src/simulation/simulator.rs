@@ -110,6 +110,11 @@ impl Simulator {
         &self.plant
     }
 
+    /// Stamp of the sample that comes next.
+    pub fn next_stamp(&self) -> Stamp {
+        self.plant.next_stamp()
+    }
+
     /// The errors of the IMU.
     pub fn imu_errors(&self) -> &ImuErrorSettings {
         self.imu.settings()

@@ -1,0 +1,210 @@
+//! The loop of the node: motions in, samples out, at the chosen speed.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use ros_node::{Level, Node, Qos, Report, Subscription};
+use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
+use sins::simulation::Simulator;
+use sins::time::{Stamp, seconds_to_nanos};
+use sins::turntable::Trajectory;
+
+use crate::outputs::{Outputs, TOPICS, TRAJECTORY};
+use crate::pacing::Pacer;
+use crate::parameters::{Settings, settings};
+use crate::wait_list::{self, Wait};
+
+/// Samples between two looks at the clock and at the trajectories.
+const BATCH: u32 = 200;
+/// Wall time between two ticks of `/clock`, at most.
+const CLOCK_PERIOD: Duration = Duration::from_millis(10);
+/// A subscriber that is matched on our side may still have to match us on its own.
+const MATCH_SETTLE: Duration = Duration::from_millis(500);
+/// Time in which the last samples are acknowledged before the node ends.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// What the diagnostics tell.
+#[derive(Debug, Default)]
+struct Progress {
+    simulated_nanos: AtomicI64,
+    started: AtomicU64,
+    refused: AtomicU64,
+    late: AtomicU64,
+}
+
+/// Runs the node until it is told to end or the simulated time is over.
+///
+/// # Errors
+/// Parameters that mean nothing, endpoints that cannot be created, subscribers that do not come.
+pub async fn main(node: Node) -> Result<()> {
+    let settings = settings(&node)?;
+    let waits = wait_list::parse(&settings.wait_for, &TOPICS)?;
+    let mut simulator = Simulator::new(settings.simulator)?;
+    let mut outputs = Outputs::new(&node, &settings)?;
+    let mut trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
+    let progress = Arc::new(Progress::default());
+    diagnose(&node, &progress, &settings);
+    tokio::select! {
+        outcome = wait_for_all(&waits, settings.wait_timeout, &outputs, &trajectories) => outcome?,
+        () = node.shutdown() => return Ok(()),
+    }
+    node.set_ready();
+    tokio::select! {
+        () = simulate(&mut simulator, &mut outputs, &mut trajectories, &settings, &progress) => {}
+        () = node.shutdown() => {}
+    }
+    Ok(())
+}
+
+async fn wait_for_all(
+    waits: &[Wait],
+    timeout: Option<Duration>,
+    outputs: &Outputs,
+    trajectories: &Subscription<JointTrajectory>,
+) -> Result<()> {
+    if waits.is_empty() {
+        return Ok(());
+    }
+    let forever = Duration::from_secs(1_000_000_000);
+    let deadline = Instant::now() + timeout.unwrap_or(forever);
+    for wait in waits {
+        tracing::info!("waiting for {} other ends of {}", wait.count, wait.topic);
+        let left = deadline.saturating_duration_since(Instant::now());
+        if wait.topic == TRAJECTORY {
+            let there = trajectories.wait_for_publishers(wait.count, left).await;
+            anyhow::ensure!(
+                there,
+                "{TRAJECTORY} has not had {} publishers in time",
+                wait.count
+            );
+        } else {
+            outputs.wait_for(wait, left).await?;
+        }
+    }
+    tokio::time::sleep(MATCH_SETTLE).await;
+    Ok(())
+}
+
+async fn simulate(
+    simulator: &mut Simulator,
+    outputs: &mut Outputs,
+    trajectories: &mut Subscription<JointTrajectory>,
+    settings: &Settings,
+    progress: &Progress,
+) {
+    let begin = simulator.plant().now();
+    let end = (settings.duration_s > 0.0)
+        .then(|| begin.plus_nanos(seconds_to_nanos(settings.duration_s)));
+    let mut pacer = Pacer::new(settings.speed, Instant::now(), begin.nanos());
+    let mut next_clock = Instant::now();
+    outputs.publish_first(simulator).await;
+    tracing::info!(
+        "simulating from {} ns, at {} times real time",
+        begin.nanos(),
+        settings.speed
+    );
+    loop {
+        while let Some(message) = trajectories.try_recv() {
+            command(simulator, &message, progress);
+        }
+        for _ in 0..BATCH {
+            let now = simulator.plant().now();
+            if end.is_some_and(|end| now >= end) {
+                outputs.publish_clock(now);
+                tracing::info!(
+                    "finished after {} s of simulated time",
+                    now.seconds_since(begin)
+                );
+                tokio::time::sleep(LAST_WORDS).await;
+                return;
+            }
+            if pacer
+                .due(simulator.next_stamp().nanos())
+                .is_some_and(|due| due > Instant::now())
+            {
+                break;
+            }
+            let tick = simulator.step();
+            outputs.publish(&tick, simulator).await;
+        }
+        let now = simulator.plant().now();
+        progress
+            .simulated_nanos
+            .store(now.nanos() - begin.nanos(), Ordering::Relaxed);
+        if Instant::now() >= next_clock {
+            outputs.publish_clock(now);
+            next_clock = Instant::now() + CLOCK_PERIOD;
+        }
+        pacer.forgive(Instant::now(), simulator.next_stamp().nanos());
+        match pacer.due(simulator.next_stamp().nanos()) {
+            Some(due) => tokio::time::sleep_until(due.into()).await,
+            None => tokio::task::yield_now().await,
+        }
+    }
+}
+
+/// Hands a trajectory to the table, or says why not.
+fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Progress) {
+    let refuse = |reason: String| {
+        progress.refused.fetch_add(1, Ordering::Relaxed);
+        tracing::warn!("{TRAJECTORY}: refused: {reason}");
+    };
+    let trajectory = match Trajectory::try_from(message) {
+        Ok(trajectory) => trajectory,
+        Err(error) => return refuse(error.to_string()),
+    };
+    let stamp = Stamp::from(message.header.stamp);
+    let wanted = (stamp != Stamp::default()).then_some(stamp);
+    match simulator.command(wanted, &trajectory) {
+        Ok(_) if trajectory.points.is_empty() => tracing::info!("{TRAJECTORY}: stop"),
+        Ok(start) => {
+            progress.started.fetch_add(1, Ordering::Relaxed);
+            let late_s = wanted.map_or(0.0, |wanted| start.seconds_since(wanted));
+            if late_s > 0.0 {
+                progress.late.fetch_add(1, Ordering::Relaxed);
+                tracing::warn!(
+                    "{TRAJECTORY}: arrived {late_s:.3} s after its start; the motion begins now"
+                );
+            }
+            tracing::debug!("{TRAJECTORY}: motion from {} ns", start.nanos());
+        }
+        Err(error) => refuse(error.to_string()),
+    }
+}
+
+fn diagnose(node: &Node, progress: &Arc<Progress>, settings: &Settings) {
+    let progress = Arc::clone(progress);
+    let wanted = settings.speed;
+    let mut last = (Instant::now(), 0_i64);
+    node.diagnostics().add("simulation", move || {
+        let (now, simulated) = (
+            Instant::now(),
+            progress.simulated_nanos.load(Ordering::Relaxed),
+        );
+        let wall_s = now.duration_since(last.0).as_secs_f64().max(1e-6);
+        let speed = (simulated - last.1) as f64 * 1e-9 / wall_s;
+        last = (now, simulated);
+        let (refused, late) = (
+            progress.refused.load(Ordering::Relaxed),
+            progress.late.load(Ordering::Relaxed),
+        );
+        let mut report = Report::ok(format!("{speed:.1} times real time"))
+            .with("simulated [s]", format!("{:.3}", simulated as f64 * 1e-9))
+            .with("speed wanted", wanted)
+            .with("motions", progress.started.load(Ordering::Relaxed))
+            .with("trajectories refused", refused)
+            .with("trajectories late", late);
+        if late > 0 {
+            report = report.worsened(
+                Level::Warn,
+                &format!("{late} trajectories arrived after their start"),
+            );
+        }
+        if refused > 0 {
+            report = report.worsened(Level::Warn, &format!("{refused} trajectories refused"));
+        }
+        report
+    });
+}

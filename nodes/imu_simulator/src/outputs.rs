@@ -1,0 +1,193 @@
+//! The topics that the node publishes.
+
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use ros_node::{Node, Publisher, Qos};
+use rotary_sins_msgs::Calibration;
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::rosgraph_msgs::Clock;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use sins::simulation::{Simulator, Tick};
+use sins::time::Stamp;
+use sins::turntable::JointSample;
+
+use crate::parameters::Settings;
+use crate::wait_list::Wait;
+
+const IMU: &str = "imu/data_raw";
+const JOINTS: &str = "turntable/joint_states";
+const FIX: &str = "fix";
+const VELOCITY: &str = "aiding/velocity";
+const ODOMETRY: &str = "ground_truth/odometry";
+const CALIBRATION: &str = "ground_truth/calibration";
+/// The input, which can be waited for too.
+pub const TRAJECTORY: &str = "turntable/joint_trajectory";
+/// Topics that can be waited for.
+pub const TOPICS: [&str; 7] = [
+    IMU,
+    JOINTS,
+    FIX,
+    VELOCITY,
+    ODOMETRY,
+    CALIBRATION,
+    TRAJECTORY,
+];
+
+/// How long simulated time stands still for the subscribers of one topic.
+#[derive(Debug)]
+struct Patience {
+    limit: Duration,
+    /// A subscriber did not acknowledge for the whole limit: samples are dropped until there is room again.
+    exhausted: bool,
+}
+
+impl Patience {
+    fn new(limit: Duration) -> Self {
+        Self {
+            limit,
+            exhausted: false,
+        }
+    }
+
+    fn now(&self) -> Duration {
+        if self.exhausted {
+            Duration::ZERO
+        } else {
+            self.limit
+        }
+    }
+
+    fn learn(&mut self, delivered: bool) {
+        self.exhausted = !delivered;
+    }
+}
+
+/// All publishers of the node.
+pub struct Outputs {
+    imu: Publisher<Imu>,
+    joints: Publisher<JointState>,
+    fix: Publisher<NavSatFix>,
+    velocity: Option<Publisher<TwistWithCovarianceStamped>>,
+    odometry: Publisher<Odometry>,
+    calibration: Publisher<Calibration>,
+    clock: Publisher<Clock>,
+    imu_patience: Patience,
+    joints_patience: Patience,
+}
+
+impl Outputs {
+    /// Creates the publishers.
+    ///
+    /// # Errors
+    /// A name that is none, or a middleware that refuses.
+    pub fn new(node: &Node, settings: &Settings) -> Result<Self> {
+        let velocity = if settings.velocity_aiding {
+            Some(node.publisher(VELOCITY, Qos::reliable(100))?)
+        } else {
+            None
+        };
+        Ok(Self {
+            imu: node.publisher(IMU, Qos::sensor())?,
+            joints: node.publisher(JOINTS, Qos::sensor())?,
+            fix: node.publisher(FIX, Qos::reliable(1000))?,
+            velocity,
+            odometry: node.publisher(ODOMETRY, Qos::reliable(1000))?,
+            calibration: node.publisher(CALIBRATION, Qos::latched(1))?,
+            clock: node.publisher("/clock", Qos::best_effort(1))?,
+            imu_patience: Patience::new(settings.publish_timeout),
+            joints_patience: Patience::new(settings.publish_timeout),
+        })
+    }
+
+    /// Waits until the topic of `wait` has its subscribers.
+    ///
+    /// # Errors
+    /// They are not there in time, or the topic is not published.
+    pub async fn wait_for(&self, wait: &Wait, timeout: Duration) -> Result<()> {
+        let count = wait.count;
+        let there = match wait.topic.as_str() {
+            IMU => self.imu.wait_for_subscribers(count, timeout).await,
+            JOINTS => self.joints.wait_for_subscribers(count, timeout).await,
+            FIX => self.fix.wait_for_subscribers(count, timeout).await,
+            ODOMETRY => self.odometry.wait_for_subscribers(count, timeout).await,
+            CALIBRATION => self.calibration.wait_for_subscribers(count, timeout).await,
+            topic => {
+                let velocity = self.velocity.as_ref();
+                let velocity = velocity.with_context(|| {
+                    format!("{topic} is not published: 'velocity_aiding' is false")
+                })?;
+                velocity.wait_for_subscribers(count, timeout).await
+            }
+        };
+        anyhow::ensure!(
+            there,
+            "{} has not had {count} subscribers within {timeout:?}",
+            wait.topic
+        );
+        Ok(())
+    }
+
+    /// What is there before the first sample: the truth, and where the joints stand.
+    pub async fn publish_first(&mut self, simulator: &Simulator) {
+        let plant = simulator.plant();
+        let errors = &simulator.imu_errors().errors;
+        let truth = Calibration::ground_truth(plant.now(), errors, plant.attitude(), plant.ship());
+        self.calibration.publish(truth);
+        self.publish_clock(plant.now());
+        self.publish_joints(&simulator.first_joints()).await;
+    }
+
+    /// Everything of one sampling interval.
+    pub async fn publish(&mut self, tick: &Tick, simulator: &Simulator) {
+        let imu = Imu::from_sample(&tick.imu, "imu_link");
+        let delivered = self.imu.publish_within(imu, self.imu_patience.now()).await;
+        self.imu_patience.learn(delivered);
+        if let Some(joints) = &tick.joints {
+            self.publish_joints(joints).await;
+        }
+        if let (Some(publisher), Some(velocity)) = (&self.velocity, &tick.velocity) {
+            publisher.publish(velocity.into());
+        }
+        if let Some(position) = &tick.position {
+            self.fix.publish(position.into());
+            let plant = simulator.plant();
+            let stamp = tick.truth.stamp;
+            self.odometry.publish(Odometry::of_block(
+                stamp,
+                plant.attitude(),
+                plant.ship().velocity,
+                plant.block_rate(),
+            ));
+        }
+    }
+
+    /// Tells the simulated time.
+    pub fn publish_clock(&self, now: Stamp) {
+        self.clock.publish(Clock { clock: now.into() });
+    }
+
+    async fn publish_joints(&mut self, joints: &JointSample) {
+        let delivered = self
+            .joints
+            .publish_within(joints.into(), self.joints_patience.now())
+            .await;
+        self.joints_patience.learn(delivered);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After a whole time-out nothing is waited for until a sample was taken again.
+    #[test]
+    fn patience_ends_and_returns() {
+        let mut patience = Patience::new(Duration::from_secs(5));
+        patience.learn(false);
+        assert_eq!(patience.now(), Duration::ZERO);
+        patience.learn(true);
+        assert_eq!(patience.now(), Duration::from_secs(5));
+    }
+}
