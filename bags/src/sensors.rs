@@ -133,6 +133,11 @@ impl<'b> SensorStream<'b> {
         self.fix
     }
 
+    /// Number of the velocity's topic, where there is one.
+    pub fn velocity_topic(&self) -> Option<usize> {
+        self.velocity
+    }
+
     /// What could not be read so far.
     pub fn warnings(&self) -> &[Warning] {
         self.messages.warnings()

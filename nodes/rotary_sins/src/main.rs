@@ -1,2 +1,93 @@
-//! The command line.
-fn main() {}
+//! `rotary-sins`: simulate, align, calibrate, navigate, inspect, record and play bags.
+//!
+//! The commands drive the state machines of `sins` with the samples of a bag, as the nodes drive them with those of
+//! DDS, and give the same numbers. Exit status: 0 done; 1 it ran and did not reach what was asked for; 2 the arguments
+//! or the input cannot be used, with one line on standard error.
+
+mod align;
+mod calibrate;
+mod calibration_file;
+mod demo;
+mod filter_options;
+mod info;
+mod navigate;
+mod output;
+mod play;
+mod progress;
+mod record;
+mod sensor_input;
+mod simulate;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Self-calibration of a dual-axis rotary strapdown inertial navigation system.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Say what is in a bag, and whether it is whole
+    Info(info::Options),
+    /// Simulate a ship, a turntable and an IMU into a bag
+    Simulate(simulate::Options),
+    /// Find heading, roll and pitch at rest
+    Align(align::Options),
+    /// Estimate gyroscope drifts and accelerometer biases while the table turns
+    Calibrate(calibrate::Options),
+    /// Navigate freely with and without a calibration
+    Navigate(navigate::Options),
+    /// Record topics of any type into a bag, until Ctrl-C
+    Record(record::Options),
+    /// Play the topics of a bag
+    Play(play::Options),
+    /// Run the whole suite in accelerated simulated time and hold the result against the truth
+    Demo(demo::Options),
+}
+
+/// How a command ended that did run.
+enum Outcome {
+    /// It reached what was asked for.
+    Reached,
+    /// It did not.
+    Missed,
+}
+
+fn main() -> ExitCode {
+    // What comes behind --ros-args is for the node of `record` and `play`.
+    let mut arguments: Vec<String> = std::env::args().collect();
+    let ros_from = arguments.iter().position(|argument| argument == "--ros-args");
+    let ros_arguments = ros_from.map(|at| arguments.split_off(at)).unwrap_or_default();
+    match dispatch(Cli::parse_from(arguments).command, ros_arguments) {
+        Ok(status) => status,
+        Err(error) => {
+            // One line, whatever the causes wrote.
+            let line = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
+            eprintln!("rotary-sins: {line}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<ExitCode> {
+    let outcome = match command {
+        Command::Record(options) => return Ok(record::run(options, ros_arguments)),
+        Command::Play(options) => return play::run(options, ros_arguments),
+        _ if !ros_arguments.is_empty() => anyhow::bail!("--ros-args is for record and play"),
+        Command::Info(options) => info::run(&options)?,
+        Command::Simulate(options) => simulate::run(&options)?,
+        Command::Align(options) => align::run(&options)?,
+        Command::Calibrate(options) => calibrate::run(&options)?,
+        Command::Navigate(options) => navigate::run(&options)?,
+        Command::Demo(options) => demo::run(&options)?,
+    };
+    Ok(match outcome {
+        Outcome::Reached => ExitCode::SUCCESS,
+        Outcome::Missed => ExitCode::from(1),
+    })
+}

@@ -1,0 +1,234 @@
+//! `rotary-sins calibrate`: gyroscope drifts and accelerometer biases from a bag.
+
+use std::{ops::ControlFlow, path::PathBuf};
+
+use anyhow::Context;
+use bags::Sample;
+use clap::Args;
+use comfy_table::{CellAlignment, Table, presets};
+use nalgebra::Vector3;
+use serde::Serialize;
+use sins::{
+    estimation::error_state::STATE_NAMES,
+    self_calibration::{Estimate, Phase, SelfCalibration, Settings},
+    stamp_order::{InOrder, StampOrder},
+    units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
+};
+
+use crate::{
+    Outcome, calibration_file,
+    filter_options::{FilterOptions, ThresholdOptions},
+    output,
+    sensor_input::{Notes, SensorInput},
+};
+
+/// Options of `calibrate`.
+#[derive(Args)]
+pub struct Options {
+    #[command(flatten)]
+    input: SensorInput,
+    /// Write the calibration to this file
+    #[arg(long, value_name = "FILE.yaml")]
+    output: Option<PathBuf>,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    filter: FilterOptions,
+    #[command(flatten)]
+    thresholds: ThresholdOptions,
+}
+
+/// The result; SI units, covariance row-major.
+#[derive(Serialize)]
+struct Report {
+    phase: &'static str,
+    gyroscope_drift_rad_s: [f64; 3],
+    gyroscope_drift_std_rad_s: [f64; 3],
+    accelerometer_bias_m_s2: [f64; 3],
+    accelerometer_bias_std_m_s2: [f64; 3],
+    misalignment_std_rad: [f64; 3],
+    attitude_xyzw: [f64; 4],
+    heading_deg: f64,
+    heading_deg_std: f64,
+    roll_deg: f64,
+    roll_deg_std: f64,
+    pitch_deg: f64,
+    pitch_deg_std: f64,
+    latitude_deg: f64,
+    longitude_deg: f64,
+    height_m: f64,
+    stamp_ns: i64,
+    duration_s: f64,
+    samples: u64,
+    gaps: u64,
+    lost_samples: u64,
+    repeated_samples: u64,
+    backward_samples: u64,
+    not_finite_samples: u64,
+    undecodable_messages: u64,
+    restarts: u64,
+    nis: f64,
+    nis_window_mean: f64,
+    nis_upper_bound: f64,
+    nis_failures: u64,
+    state_names: Vec<&'static str>,
+    state: Vec<f64>,
+    covariance: Vec<f64>,
+    warnings: Vec<String>,
+}
+
+/// Self-calibration with its samples in the order of their stamps, as the node has it.
+pub struct Calibrator {
+    /// The machine.
+    pub machine: SelfCalibration,
+    order: StampOrder,
+}
+
+impl Calibrator {
+    /// Waits for its first sample.
+    pub fn new(settings: Settings) -> Result<Self, sins::Error> {
+        Ok(Self { machine: SelfCalibration::new(settings)?, order: StampOrder::new(0.0) })
+    }
+
+    /// Hands a sample to the machine. Positions that the receiver did not have are left aside.
+    pub fn ingest(&mut self, sample: &Sample) -> Result<Option<Estimate>, sins::Error> {
+        match sample {
+            Sample::Imu(imu) => {
+                self.order.push_sample(*imu);
+                while let Some(next) = self.order.next() {
+                    if let InOrder::Joints(joints) = next {
+                        self.machine.ingest_joints(joints)?;
+                    }
+                }
+                return self.machine.ingest_imu(imu);
+            }
+            Sample::Joints(joints) => self.order.push_joints(*joints),
+            Sample::Fix(fix) => fix.position.map_or(Ok(()), |position| self.machine.ingest_position(position))?,
+            Sample::Velocity(stamp, velocity) => self.machine.ingest_velocity(*stamp, *velocity)?,
+        }
+        Ok(None)
+    }
+}
+
+/// Runs the whole bag through the machine.
+pub fn run(options: &Options) -> anyhow::Result<Outcome> {
+    let bag = options.input.open()?;
+    let mut settings = options.filter.settings(options.input.turntable()?)?;
+    settings.thresholds = options.thresholds.thresholds();
+    let mut calibrator = Calibrator::new(settings)?;
+    let mut said = 0.0;
+    let notes = options.input.feed(&bag, "calibrating", |sample, progress| {
+        if let Some(estimate) = calibrator.ingest(&sample)?
+            && estimate.duration_s - said >= 60.0
+        {
+            said = estimate.duration_s;
+            progress.message(short(&estimate));
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
+    let estimate = calibrator.machine.finish().with_context(|| options.input.what_is_missing(&bag))?;
+    if let Some(path) = &options.output {
+        calibration_file::write(path, &estimate, bag.path())?;
+    }
+    if options.json {
+        output::json(&report(&estimate, notes))?;
+    } else {
+        output::text_line(&text(&estimate))?;
+    }
+    Ok(if estimate.phase == Phase::Converged { Outcome::Reached } else { Outcome::Missed })
+}
+
+fn report(estimate: &Estimate, notes: Notes) -> Report {
+    let (navigation, vehicle, sigma) = (&estimate.navigation, estimate.vehicle, estimate.vehicle_sigma());
+    let (counts, innovations) = (&estimate.samples.counts, &estimate.innovations);
+    let q = navigation.attitude;
+    Report {
+        phase: estimate.phase.name(),
+        gyroscope_drift_rad_s: estimate.gyroscope_drift().into(),
+        gyroscope_drift_std_rad_s: estimate.gyroscope_drift_sigma().into(),
+        accelerometer_bias_m_s2: estimate.accelerometer_bias().into(),
+        accelerometer_bias_std_m_s2: estimate.accelerometer_bias_sigma().into(),
+        misalignment_std_rad: estimate.misalignment_sigma().into(),
+        attitude_xyzw: [q.i, q.j, q.k, q.w],
+        heading_deg: vehicle.heading.to_degrees(),
+        heading_deg_std: sigma.heading.to_degrees(),
+        roll_deg: vehicle.roll.to_degrees(),
+        roll_deg_std: sigma.roll.to_degrees(),
+        pitch_deg: vehicle.pitch.to_degrees(),
+        pitch_deg_std: sigma.pitch.to_degrees(),
+        latitude_deg: navigation.latitude.to_degrees(),
+        longitude_deg: navigation.longitude.to_degrees(),
+        height_m: navigation.height,
+        stamp_ns: estimate.stamp.nanos(),
+        duration_s: estimate.duration_s,
+        samples: counts.samples,
+        gaps: counts.gaps,
+        lost_samples: counts.lost,
+        repeated_samples: counts.repeated,
+        backward_samples: counts.backward,
+        not_finite_samples: estimate.samples.not_finite,
+        undecodable_messages: notes.undecodable_messages,
+        restarts: estimate.samples.restarts,
+        nis: innovations.last,
+        nis_window_mean: innovations.window_mean,
+        nis_upper_bound: innovations.window_bound,
+        nis_failures: innovations.failures,
+        state_names: STATE_NAMES.to_vec(),
+        state: estimate.state.as_slice().to_vec(),
+        covariance: estimate.covariance.transpose().as_slice().to_vec(),
+        warnings: notes.lines,
+    }
+}
+
+fn short(estimate: &Estimate) -> String {
+    format!(
+        "{}: 1 sigma at most {:.4} deg/h, {:.1} ug, azimuth {:.0} arcsec",
+        estimate.phase.name(),
+        estimate.gyroscope_drift_sigma().max() / DEG_PER_HOUR,
+        estimate.accelerometer_bias_sigma().max() / MICRO_G,
+        estimate.misalignment_sigma().z / ARC_SECOND
+    )
+}
+
+fn text(estimate: &Estimate) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_header(["", "estimate", "1 sigma", ""]);
+    let mut rows = |name: &str, unit: &str, scale: f64, value: Vector3<f64>, sigma: Vector3<f64>, digits: usize| {
+        for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
+            table.add_row([
+                format!("{name} {label}"),
+                format!("{:.digits$}", value[axis] / scale),
+                format!("{:.digits$}", sigma[axis] / scale),
+                unit.to_owned(),
+            ]);
+        }
+    };
+    let (drift, bias) = (estimate.gyroscope_drift(), estimate.accelerometer_bias());
+    rows("gyroscope drift", "deg/h", DEG_PER_HOUR, drift, estimate.gyroscope_drift_sigma(), 5);
+    rows("accelerometer bias", "ug", MICRO_G, bias, estimate.accelerometer_bias_sigma(), 2);
+    let sigma = estimate.vehicle_sigma();
+    for (name, value, sigma) in [
+        ("heading", estimate.vehicle.heading, sigma.heading),
+        ("roll", estimate.vehicle.roll, sigma.roll),
+        ("pitch", estimate.vehicle.pitch, sigma.pitch),
+    ] {
+        let degrees = [value, sigma].map(|angle| format!("{:.5}", angle.to_degrees()));
+        let [value, sigma] = degrees;
+        table.add_row([name.to_owned(), value, sigma, "deg".to_owned()]);
+    }
+    for column in [1, 2] {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let counts = &estimate.samples.counts;
+    format!(
+        "{table}\n{} after {:.1} s: {} samples, {} gaps, {} lost",
+        estimate.phase.name(),
+        estimate.duration_s,
+        counts.samples,
+        counts.gaps,
+        counts.lost
+    )
+}

@@ -1,0 +1,152 @@
+//! `rotary-sins navigate`: free-inertial navigation with and without a calibration, held against the positions of the bag.
+
+use std::{ops::ControlFlow, path::PathBuf};
+
+use anyhow::ensure;
+use bags::Sample;
+use clap::Args;
+use serde::Serialize;
+use sins::{
+    earth::LocalEarth,
+    navigator::{Navigator, NavigatorOutput, NavigatorSettings},
+    self_calibration::PositionFix,
+    strapdown::NavigationState,
+    units::NAUTICAL_MILE_M,
+};
+
+use crate::{Outcome, calibration_file, filter_options::FilterOptions, output, sensor_input::SensorInput};
+
+/// Options of `navigate`.
+#[derive(Args)]
+pub struct Options {
+    #[command(flatten)]
+    input: SensorInput,
+    /// Calibration, as `calibrate --output` writes it
+    #[arg(long, value_name = "FILE.yaml")]
+    calibration: PathBuf,
+    /// How long it aligns itself first
+    #[arg(long, value_name = "SECONDS", default_value_t = 900.0)]
+    alignment_s: f64,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    filter: FilterOptions,
+}
+
+#[derive(Serialize)]
+struct Report {
+    max_position_error_nmi: f64,
+    max_position_error_uncompensated_nmi: f64,
+    final_position_error_nmi: f64,
+    final_position_error_uncompensated_nmi: f64,
+    position_std_nmi: f64,
+    alignment_s: f64,
+    navigation_s: f64,
+    fixes: u64,
+    samples: u64,
+    gaps: u64,
+    lost_samples: u64,
+    warnings: Vec<String>,
+}
+
+/// Largest and last distance from the fixes.
+#[derive(Clone, Copy, Default)]
+struct Distance {
+    largest: f64,
+    last: f64,
+}
+
+impl Distance {
+    fn take(&mut self, state: &NavigationState, fix: &PositionFix) {
+        self.last = distance_m(state, fix) / NAUTICAL_MILE_M;
+        self.largest = self.largest.max(self.last);
+    }
+}
+
+/// Distance over ground \[m\], by the radii of curvature where the fix is.
+fn distance_m(state: &NavigationState, fix: &PositionFix) -> f64 {
+    let earth = LocalEarth::at(fix.latitude, fix.height);
+    let turn = std::f64::consts::TAU;
+    let longitude = (state.longitude - fix.longitude + turn / 2.0).rem_euclid(turn) - turn / 2.0;
+    let north = (state.latitude - fix.latitude) * earth.meridian_radius_m;
+    north.hypot(longitude * earth.transverse_radius_m * earth.cos_latitude)
+}
+
+/// Aligns on the first part of the bag, then navigates freely.
+pub fn run(options: &Options) -> anyhow::Result<Outcome> {
+    let calibration = calibration_file::read(&options.calibration)?;
+    let bag = options.input.open()?;
+    let mut navigator = Navigator::new(NavigatorSettings {
+        alignment: options.filter.settings(options.input.turntable()?)?,
+        alignment_s: options.alignment_s,
+        ..NavigatorSettings::default()
+    })?;
+    navigator.ingest_calibration(calibration)?;
+    let (mut with, mut without) = (Distance::default(), Distance::default());
+    let mut fixes = 0_u64;
+    let mut first: Option<NavigatorOutput> = None;
+    let mut last: Option<NavigatorOutput> = None;
+    let mut start = None;
+    let notes = options.input.feed(&bag, "navigating", |sample, progress| {
+        match sample {
+            Sample::Imu(imu) => {
+                start.get_or_insert(imu.stamp);
+                if let Some(output) = navigator.ingest_imu(&imu)? {
+                    first.get_or_insert(output);
+                    last = Some(output);
+                }
+            }
+            Sample::Joints(joints) => navigator.ingest_joints(joints)?,
+            Sample::Velocity(..) => {}
+            Sample::Fix(fix) => {
+                let Some(position) = fix.position else { return Ok(ControlFlow::Continue(())) };
+                navigator.ingest_position(position)?;
+                if let Some(output) = &last {
+                    with.take(&output.compensated.navigation, &position);
+                    without.take(&output.uncompensated.navigation, &position);
+                    fixes += 1;
+                    progress.message(format!("{:.3} nmi, uncompensated {:.3} nmi", with.last, without.last));
+                }
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
+    let (Some(first), Some(last), Some(start)) = (first, last, start) else {
+        anyhow::bail!(
+            "{}: navigation did not begin: it stands at {}, and needs {} s at rest and a position",
+            bag.path().display(),
+            navigator.phase().name(),
+            options.alignment_s
+        );
+    };
+    ensure!(fixes > 0, "{}: no position to hold the navigation against after its start", bag.path().display());
+    let counts = navigator.stream().counts();
+    let covariance = &last.compensated.covariance;
+    let earth = LocalEarth::at(last.compensated.navigation.latitude, last.compensated.navigation.height);
+    let north = covariance[(0, 0)] * earth.meridian_radius_m.powi(2);
+    let east = covariance[(1, 1)] * (earth.transverse_radius_m * earth.cos_latitude).powi(2);
+    let report = Report {
+        max_position_error_nmi: with.largest,
+        max_position_error_uncompensated_nmi: without.largest,
+        final_position_error_nmi: with.last,
+        final_position_error_uncompensated_nmi: without.last,
+        position_std_nmi: (north + east).max(0.0).sqrt() / NAUTICAL_MILE_M,
+        alignment_s: first.stamp.seconds_since(start),
+        navigation_s: last.stamp.seconds_since(first.stamp),
+        fixes,
+        samples: counts.samples,
+        gaps: counts.gaps,
+        lost_samples: counts.lost,
+        warnings: notes.lines,
+    };
+    if options.json {
+        output::json(&report)?;
+    } else {
+        output::text_line(&format!(
+            "position error at most {:.3} nmi in {:.0} s ({:.3} nmi without compensation)",
+            report.max_position_error_nmi, report.navigation_s, report.max_position_error_uncompensated_nmi
+        ))?;
+    }
+    Ok(Outcome::Reached)
+}

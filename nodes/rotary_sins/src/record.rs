@@ -1,0 +1,255 @@
+//! `rotary-sins record`: topics of any type into a bag, until Ctrl-C.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+    process::ExitCode,
+    time::Duration,
+};
+
+use anyhow::{Context, bail};
+use bags::{BagSummary, BagWriter, NewTopic, TopicId, WriteOptions, cdr::ENCAPSULATION};
+use clap::Args;
+use ros_node::{DiscoveredPublisher, Node, NodeBuilder, Payload, Qos, SENSOR_DEPTH, Subscription};
+use rotary_sins_msgs::known_type;
+use tokio::{sync::mpsc, task::JoinSet};
+
+use crate::{output, simulate::Packing};
+
+/// How often new topics are looked for.
+const LOOK: Duration = Duration::from_millis(50);
+/// Messages taken at once.
+const BATCH: usize = 256;
+/// Batches on the way to the file. When it is full the readers fill up, and what they lose is counted.
+const QUEUE: usize = 256;
+
+/// Options of `record`.
+#[derive(Args)]
+pub struct Options {
+    /// Topics; none means all
+    topics: Vec<String>,
+    /// Bag to write: FILE.mcap, or the directory of a rosbag2
+    #[arg(long, short, value_name = "BAG")]
+    output: PathBuf,
+    /// Record so many seconds, then end
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Topics to leave out
+    #[arg(long, value_name = "TOPIC")]
+    exclude: Vec<String>,
+    /// Log times are simulated time: the stamp of a message that has one in front, else that of /clock
+    #[arg(long)]
+    use_sim_time: bool,
+    /// Packing of the bag
+    #[arg(long, value_enum, default_value = "zstd")]
+    compression: Packing,
+}
+
+/// Messages of one topic with their log times \[ns\].
+struct Batch {
+    topic: TopicId,
+    messages: Vec<(u64, Payload)>,
+}
+
+/// What goes to the thread that writes.
+enum Order {
+    Topic(NewTopic, tokio::sync::oneshot::Sender<Result<TopicId, bags::Error>>),
+    Write(Batch),
+}
+
+/// Where a task's log times come from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LogTime {
+    /// The clock of the node: the system's, or `/clock`.
+    Clock,
+    /// The stamp that the message begins with.
+    Stamp,
+}
+
+/// Records until it is told to end. `ros_arguments` are those behind `--ros-args`, with it.
+pub fn run(options: Options, ros_arguments: Vec<String>) -> ExitCode {
+    let mut arguments = ros_arguments;
+    if options.use_sim_time {
+        arguments.extend(["--ros-args", "-p", "use_sim_time:=true"].map(str::to_owned));
+    }
+    let builder = NodeBuilder::new("rotary_sins_recorder").about("records topics into a bag");
+    ros_node::run_with(arguments, builder, |node| record(node, options))
+}
+
+async fn record(node: Node, options: Options) -> anyhow::Result<()> {
+    if options.duration.is_some_and(|seconds| !(seconds > 0.0 && seconds < 1e9)) {
+        bail!("--duration is {:?}, expected a positive number of seconds", options.duration.unwrap_or_default());
+    }
+    let wanted = Wanted::new(&node, &options)?;
+    let write_options = WriteOptions { compression: options.compression.into(), ..WriteOptions::default() };
+    let bag = BagWriter::create(&options.output, write_options)?;
+    node.set_ready();
+    let (orders, queue) = mpsc::channel(QUEUE);
+    let writer = tokio::task::spawn_blocking(move || write(bag, queue));
+    let mut recorder = Recorder { node: node.clone(), orders, wanted, tasks: JoinSet::new(), seen: BTreeMap::new() };
+    let ended = async {
+        match options.duration {
+            Some(seconds) => tokio::time::sleep(Duration::from_secs_f64(seconds)).await,
+            None => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        result = recorder.follow() => result?,
+        () = node.shutdown() => {}
+        () = ended => node.request_shutdown(),
+    }
+    let Recorder { orders, tasks, wanted, seen, .. } = recorder;
+    drop(orders);
+    let losses: Vec<(String, u64)> = tasks.join_all().await;
+    let summary = writer.await.context("the writer of the bag broke down")??;
+    report(&summary, &losses, &wanted, &seen);
+    Ok(())
+}
+
+/// Which topics are wanted.
+struct Wanted {
+    /// Empty: all.
+    topics: BTreeSet<String>,
+    excluded: BTreeSet<String>,
+}
+
+impl Wanted {
+    fn new(node: &Node, options: &Options) -> anyhow::Result<Self> {
+        let resolve = |names: &[String]| names.iter().map(|name| Ok(node.resolve_topic(name)?)).collect::<anyhow::Result<_>>();
+        Ok(Self { topics: resolve(&options.topics)?, excluded: resolve(&options.exclude)? })
+    }
+
+    fn has(&self, topic: &str) -> bool {
+        (self.topics.is_empty() || self.topics.contains(topic)) && !self.excluded.contains(topic)
+    }
+}
+
+struct Recorder {
+    node: Node,
+    orders: mpsc::Sender<Order>,
+    wanted: Wanted,
+    /// One a topic; each says in the end how many messages of it were lost.
+    tasks: JoinSet<(String, u64)>,
+    /// Topics with their types, as they were first seen.
+    seen: BTreeMap<String, String>,
+}
+
+impl Recorder {
+    /// Subscribes to what is wanted as it turns up; never ends by itself.
+    async fn follow(&mut self) -> anyhow::Result<()> {
+        loop {
+            for publisher in self.node.discovered_publishers() {
+                if self.wanted.has(&publisher.topic) {
+                    self.subscribe(&publisher).await?;
+                }
+            }
+            tokio::time::sleep(LOOK).await;
+        }
+    }
+
+    async fn subscribe(&mut self, publisher: &DiscoveredPublisher) -> anyhow::Result<()> {
+        let DiscoveredPublisher { topic, type_name, reliable, transient_local } = publisher;
+        match self.seen.get(topic) {
+            Some(first) if first == type_name => return Ok(()),
+            Some(first) => {
+                tracing::warn!("{topic}: published as {type_name} too; only {first} is recorded");
+                return Ok(());
+            }
+            None => self.seen.insert(topic.clone(), type_name.clone()),
+        };
+        let qos = Qos { transient_local: *transient_local, ..Qos::reliable(SENSOR_DEPTH) };
+        let subscription = self.node.raw_subscription(topic, type_name, qos)?;
+        let offered = bags::Qos {
+            depth: if *transient_local { 10 } else { 1000 },
+            reliable: *reliable,
+            transient_local: *transient_local,
+        };
+        let new_topic = NewTopic::named(topic, type_name, vec![offered]);
+        let (reply, answer) = tokio::sync::oneshot::channel();
+        if self.orders.send(Order::Topic(new_topic, reply)).await.is_err() {
+            bail!("the bag cannot be written any more");
+        }
+        let id = answer.await.context("the bag cannot be written any more")??;
+        let log_time = if self.node.clock().is_simulated() && begins_with_stamp(type_name) { LogTime::Stamp } else { LogTime::Clock };
+        tracing::info!("recording {topic} ({type_name})");
+        self.tasks.spawn(receive(self.node.clone(), subscription, id, log_time, self.orders.clone()));
+        Ok(())
+    }
+}
+
+/// Whether the first eight bytes of a message are its stamp.
+fn begins_with_stamp(type_name: &str) -> bool {
+    known_type(type_name).is_some_and(|known| {
+        let first = known.definition.lines().find(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
+        first.is_some_and(|field| field.starts_with("std_msgs/Header ") || field.starts_with("builtin_interfaces/Time "))
+    })
+}
+
+/// Hands messages over until the node ends, then those that have arrived already.
+async fn receive(
+    node: Node,
+    mut subscription: Subscription<Payload>,
+    topic: TopicId,
+    log_time: LogTime,
+    orders: mpsc::Sender<Order>,
+) -> (String, u64) {
+    let time_of = |payload: &Payload| {
+        let stamp = payload.0.first_chunk::<8>().filter(|_| log_time == LogTime::Stamp);
+        stamp.map_or_else(
+            || u64::try_from(node.now_nanos()).unwrap_or(0),
+            |bytes| {
+                let [a, b, c, d, e, f, g, h] = *bytes;
+                let (sec, nanosec) = (i32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
+                u64::try_from(sec).unwrap_or(0) * 1_000_000_000 + u64::from(nanosec)
+            },
+        )
+    };
+    loop {
+        let (payloads, is_last) = tokio::select! {
+            biased;
+            payloads = subscription.recv_batch(BATCH) => (payloads, false),
+            () = node.shutdown() => (Vec::new(), true),
+        };
+        let messages = payloads.into_iter().map(|payload| (time_of(&payload), payload)).collect();
+        // Where the writer has gone, `follow` or the end of the recording says why.
+        if is_last || orders.send(Order::Write(Batch { topic, messages })).await.is_err() {
+            return (subscription.topic().to_owned(), subscription.statistics().lost());
+        }
+    }
+}
+
+/// The thread that packs and writes; ends the bag when nobody sends any more.
+fn write(mut bag: BagWriter, mut queue: mpsc::Receiver<Order>) -> Result<BagSummary, bags::Error> {
+    let mut payload = Vec::new();
+    while let Some(order) = queue.blocking_recv() {
+        match order {
+            Order::Topic(topic, reply) => {
+                // Who asked has gone only when the recording ends.
+                reply.send(bag.add_topic(topic)).ok();
+            }
+            Order::Write(batch) => {
+                for (time, message) in &batch.messages {
+                    payload.clear();
+                    payload.extend(ENCAPSULATION);
+                    payload.extend(&message.0);
+                    bag.write_payload(batch.topic, *time, *time, &payload)?;
+                }
+            }
+        }
+    }
+    bag.finish()
+}
+
+fn report(summary: &BagSummary, losses: &[(String, u64)], wanted: &Wanted, seen: &BTreeMap<String, String>) {
+    let total: u64 = summary.counts.iter().map(|(_, count)| count).sum();
+    output::note(format!("{}: {total} messages", summary.path.display()));
+    for (topic, count) in &summary.counts {
+        output::note(format!("  {topic}: {count}"));
+    }
+    for (topic, lost) in losses.iter().filter(|(_, lost)| *lost > 0) {
+        output::note(format!("{topic}: {lost} messages were lost on the way to the recorder"));
+    }
+    for topic in wanted.topics.iter().filter(|topic| !seen.contains_key(*topic)) {
+        output::note(format!("{topic}: nobody published it"));
+    }
+}

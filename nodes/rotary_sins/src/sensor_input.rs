@@ -1,0 +1,225 @@
+//! The sensors of a bag, one sample after the other, for the commands that drive a state machine with them.
+
+use std::{ops::ControlFlow, path::PathBuf};
+
+use anyhow::{Context, bail};
+use bags::{Bag, Sample, SensorOptions, SensorStream};
+use clap::Args;
+use sins::{
+    self_calibration::PositionFix,
+    time::Stamp,
+    turntable::{Axis, Turntable},
+};
+
+use crate::progress::Progress;
+
+/// Which bag, which part of it, and what it does not say itself.
+#[derive(Args)]
+pub struct SensorInput {
+    /// MCAP file or rosbag2 directory
+    bag: PathBuf,
+    /// Begin so many seconds after the start of the bag
+    #[arg(long, value_name = "SECONDS")]
+    start_offset: Option<f64>,
+    /// Read so many seconds
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Topic of the IMU (default: /imu/data_raw, else the only one of its type)
+    #[arg(long, value_name = "TOPIC")]
+    imu_topic: Option<String>,
+    /// Topic of the joints (default: /turntable/joint_states, else the only one of its type)
+    #[arg(long, value_name = "TOPIC")]
+    joints_topic: Option<String>,
+    /// Topic of the position (default: /fix, else the only one of its type)
+    #[arg(long, value_name = "TOPIC")]
+    fix_topic: Option<String>,
+    /// Latitude, instead of the bag's
+    #[arg(long, value_name = "DEG", requires = "longitude_deg", allow_negative_numbers = true)]
+    latitude_deg: Option<f64>,
+    /// Longitude, instead of the bag's
+    #[arg(long, value_name = "DEG", requires = "latitude_deg", allow_negative_numbers = true)]
+    longitude_deg: Option<f64>,
+    /// Height above the ellipsoid, with --latitude-deg and --longitude-deg
+    #[arg(long, value_name = "M", requires = "latitude_deg", default_value_t = 0.0, allow_negative_numbers = true)]
+    height_m: f64,
+    /// Axis of the block that the outer joint turns about
+    #[arg(long, value_name = "x|y|z", default_value = "x")]
+    outer_axis: Axis,
+    /// Axis of the block that the inner joint turns about
+    #[arg(long, value_name = "x|y|z", default_value = "y")]
+    inner_axis: Axis,
+}
+
+/// What was wrong on the way, said once at the end of each kind.
+#[derive(Default)]
+pub struct Notes {
+    /// Messages that did not hold what their type says.
+    pub undecodable_messages: u64,
+    /// Lines for a person.
+    pub lines: Vec<String>,
+    not_finite: u64,
+}
+
+impl Notes {
+    /// A line for the person at the screen and for the result.
+    fn say(&mut self, progress: &Progress, line: impl ToString) {
+        let line = line.to_string();
+        progress.note(&line);
+        self.lines.push(line);
+    }
+
+    fn error(&mut self, progress: &Progress, topic: &str, error: &sins::Error) {
+        if matches!(error, sins::Error::NotFinite { .. }) {
+            self.not_finite += 1;
+            if self.not_finite > 1 {
+                return;
+            }
+        }
+        self.say(progress, format!("{topic}: {error}"));
+    }
+
+    fn undecodable(&mut self, progress: &Progress, error: &bags::Error) {
+        self.undecodable_messages += 1;
+        if self.undecodable_messages == 1 {
+            self.say(progress, error);
+        }
+    }
+}
+
+impl SensorInput {
+    /// The table.
+    pub fn turntable(&self) -> anyhow::Result<Turntable> {
+        Ok(Turntable::new(self.outer_axis, self.inner_axis)?)
+    }
+
+    /// Opens the bag and says what of it cannot be read.
+    pub fn open(&self) -> anyhow::Result<Bag> {
+        for (name, value) in [("--start-offset", self.start_offset), ("--duration", self.duration)] {
+            if value.is_some_and(|value| !value.is_finite() || value < 0.0) {
+                bail!("{name} is {}, expected a number of seconds that is not negative", value.unwrap_or_default());
+            }
+        }
+        Ok(Bag::open(&self.bag)?)
+    }
+
+    /// The position of the command line.
+    fn given_position(&self) -> Option<PositionFix> {
+        Some(PositionFix {
+            latitude: self.latitude_deg?.to_radians(),
+            longitude: self.longitude_deg?.to_radians(),
+            height: self.height_m,
+        })
+    }
+
+    /// The bag, and where the position should have come from: what stands in front of the reason why there is no estimate.
+    pub fn what_is_missing(&self, bag: &Bag) -> String {
+        let fix = SensorStream::new(bag, &self.options()).ok().and_then(|stream| stream.fix_topic());
+        match (self.given_position(), fix) {
+            (None, None) => format!(
+                "{}: no topic /fix of type sensor_msgs/msg/NavSatFix (or give --latitude-deg and --longitude-deg)",
+                bag.path().display()
+            ),
+            _ => bag.path().display().to_string(),
+        }
+    }
+
+    fn options(&self) -> SensorOptions {
+        SensorOptions {
+            imu_topic: self.imu_topic.clone(),
+            joints_topic: self.joints_topic.clone(),
+            fix_topic: self.fix_topic.clone(),
+            velocity_topic: None,
+            start_offset: self.start_offset,
+            duration: self.duration,
+        }
+    }
+
+    /// Hands every sample to `take`, a position of the command line first, until it breaks. What `take` refuses is noted
+    /// and left aside, as a node does.
+    pub fn feed(
+        &self,
+        bag: &Bag,
+        title: &str,
+        mut take: impl FnMut(Sample, &Progress) -> Result<ControlFlow<()>, sins::Error>,
+    ) -> anyhow::Result<Notes> {
+        let mut stream = SensorStream::new(bag, &self.options())?;
+        let length_s = bag.time_range().map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
+        let length_s = (length_s - self.start_offset.unwrap_or(0.0)).min(self.duration.unwrap_or(f64::INFINITY));
+        let progress = Progress::new(title, length_s);
+        let mut notes = Notes::default();
+        for warning in bag.warnings() {
+            notes.say(&progress, warning);
+        }
+        let given = self.given_position();
+        let first_fix = match (given, self.start_offset) {
+            (None, Some(offset)) => position_before(bag, offset, stream.fix_topic())?,
+            (given, _) => given,
+        };
+        if let Some(fix) = first_fix {
+            let sample = bags::Fix { stamp: Stamp::default(), position: Some(fix) };
+            // The position of the command line is an argument: if it means nothing, the command is at an end.
+            let flow = take(Sample::Fix(sample), &progress).context("position")?;
+            if flow.is_break() {
+                return Ok(notes);
+            }
+        }
+        let mut first_stamp = None;
+        let mut count = 0_u64;
+        loop {
+            let sample = match stream.next() {
+                Ok(Some(sample)) => sample,
+                Ok(None) => break,
+                Err(error) => {
+                    notes.undecodable(&progress, &error);
+                    continue;
+                }
+            };
+            let topic = match &sample {
+                Sample::Imu(_) => Some(stream.imu_topic()),
+                Sample::Joints(_) => stream.joints_topic(),
+                Sample::Fix(_) => stream.fix_topic(),
+                Sample::Velocity(..) => stream.velocity_topic(),
+            };
+            let topic = topic.map_or("", |at| bag.topics()[at].name.as_str());
+            if let Sample::Imu(imu) = &sample {
+                let first = *first_stamp.get_or_insert(imu.stamp);
+                count += 1;
+                if count.is_multiple_of(10_000) {
+                    progress.set(imu.stamp.seconds_since(first));
+                }
+            }
+            if given.is_some() && matches!(sample, Sample::Fix(_)) {
+                continue;
+            }
+            match take(sample, &progress) {
+                Ok(ControlFlow::Continue(())) => {}
+                Ok(ControlFlow::Break(())) => break,
+                Err(error) => notes.error(&progress, topic, &error),
+            }
+        }
+        for warning in stream.warnings() {
+            notes.say(&progress, warning);
+        }
+        if notes.undecodable_messages > 1 {
+            let line = format!("{} messages could not be read in all", notes.undecodable_messages);
+            notes.say(&progress, line);
+        }
+        if notes.not_finite > 1 {
+            let line = format!("{} samples were not finite in all", notes.not_finite);
+            notes.say(&progress, line);
+        }
+        drop(progress);
+        if count == 0 {
+            let topic = &bag.topics()[stream.imu_topic()].name;
+            bail!("{}: no message of {topic} could be read in the chosen part", bag.path().display());
+        }
+        Ok(notes)
+    }
+}
+
+/// The last position before the part that is read, as a latched topic would give it to a late subscriber.
+fn position_before(bag: &Bag, offset: f64, topic: Option<usize>) -> anyhow::Result<Option<PositionFix>> {
+    let (Some(topic), Some((start, _))) = (topic, bag.time_range()) else { return Ok(None) };
+    let end = start.saturating_add((offset * 1e9).round() as u64);
+    Ok(bags::last_position_before(bag, topic, end)?)
+}

@@ -1,0 +1,332 @@
+//! `rotary-sins simulate`: a ship, a turntable and an IMU into a bag.
+
+use std::{fs, path::PathBuf};
+
+use anyhow::{Context, bail};
+use bags::{BagWriter, Compression, NewTopic, Qos, TopicId, WriteOptions};
+use clap::{Args, ValueEnum};
+use nalgebra::Vector3;
+use rotary_sins_msgs::{
+    Calibration, RosMessage, SchemeStatus,
+    geometry_msgs::TwistWithCovarianceStamped,
+    sensor_msgs::{Imu, JointState, NavSatFix},
+    trajectory_msgs::JointTrajectory,
+};
+use serde::Serialize;
+use sins::{
+    imu::NoiseDensity,
+    scheme::{BUILTIN_NAMES, Scheme, Sequencer, sequencer::SequencerSettings},
+    simulation::{ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings},
+    time::Stamp,
+    turntable::{Axis, Turntable},
+    units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM},
+};
+
+use crate::{Outcome, output, progress::Progress};
+
+/// Frame of the sensor block.
+const IMU_LINK: &str = "imu_link";
+
+/// Noise of the sensors.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Noise {
+    /// 0.001 deg/√h and 10 ug/√Hz
+    #[value(name = "D")]
+    D,
+    /// 0.001 deg/h/√Hz and 10 ug/√Hz
+    #[value(name = "H")]
+    H,
+    /// None at all
+    #[value(name = "none")]
+    None,
+}
+
+/// Packing of the bag.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Packing {
+    /// Small
+    Zstd,
+    /// Fast
+    Lz4,
+    /// Fastest to read
+    None,
+}
+
+impl From<Packing> for Compression {
+    fn from(packing: Packing) -> Self {
+        match packing {
+            Packing::Zstd => Self::Zstd,
+            Packing::Lz4 => Self::Lz4,
+            Packing::None => Self::None,
+        }
+    }
+}
+
+/// Options of `simulate`.
+#[derive(Args)]
+pub struct Options {
+    /// eight-position, eight-position-yz, static, or a YAML file
+    #[arg(long, default_value = "eight-position", value_name = "NAME|FILE")]
+    scheme: String,
+    /// Length
+    #[arg(long, default_value_t = 4.0)]
+    hours: f64,
+    /// Samples of the IMU a second
+    #[arg(long, default_value_t = 100.0, value_name = "HZ")]
+    rate: f64,
+    /// Decides all noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Bag to write: FILE.mcap, or the directory of a rosbag2
+    #[arg(long, value_name = "BAG")]
+    output: PathBuf,
+    /// Packing of the bag
+    #[arg(long, value_enum, default_value = "zstd")]
+    compression: Packing,
+    /// Latitude of the ship
+    #[arg(long, default_value_t = 45.78, value_name = "DEG", allow_negative_numbers = true)]
+    latitude_deg: f64,
+    /// Longitude of the ship
+    #[arg(long, default_value_t = 126.67, value_name = "DEG", allow_negative_numbers = true)]
+    longitude_deg: f64,
+    /// Height of the ship above the ellipsoid
+    #[arg(long, default_value_t = 0.0, value_name = "M", allow_negative_numbers = true)]
+    height_m: f64,
+    /// Heading of the y axis, clockwise from true north
+    #[arg(long, default_value_t = 0.0, value_name = "DEG", allow_negative_numbers = true)]
+    heading_deg: f64,
+    /// Roll, starboard down positive
+    #[arg(long, default_value_t = 0.0, value_name = "DEG", allow_negative_numbers = true)]
+    roll_deg: f64,
+    /// Pitch, bow up positive
+    #[arg(long, default_value_t = 0.0, value_name = "DEG", allow_negative_numbers = true)]
+    pitch_deg: f64,
+    /// Axis of the block that the outer joint turns about (default: as the scheme needs it, x first)
+    #[arg(long, value_name = "x|y|z", requires = "inner_axis")]
+    outer_axis: Option<Axis>,
+    /// Axis of the block that the inner joint turns about
+    #[arg(long, value_name = "x|y|z", requires = "outer_axis")]
+    inner_axis: Option<Axis>,
+    /// Joint states a second
+    #[arg(long, default_value_t = 20.0, value_name = "HZ")]
+    joint_state_rate: f64,
+    /// Gyroscope drift x,y,z
+    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [0.01; 3], value_name = "DEG/h", allow_negative_numbers = true)]
+    gyroscope_drift_deg_per_hour: Vec<f64>,
+    /// Accelerometer bias x,y,z
+    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [100.0; 3], value_name = "ug", allow_negative_numbers = true)]
+    accelerometer_bias_ug: Vec<f64>,
+    /// Gyroscope scale factor errors x,y,z
+    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [0.0; 3], value_name = "ppm", allow_negative_numbers = true)]
+    gyroscope_scale_factor_ppm: Vec<f64>,
+    /// Accelerometer scale factor errors x,y,z
+    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [0.0; 3], value_name = "ppm", allow_negative_numbers = true)]
+    accelerometer_scale_factor_ppm: Vec<f64>,
+    /// White noise
+    #[arg(long, value_enum, default_value = "D")]
+    noise: Noise,
+    /// White noise of the gyroscopes, instead of --noise
+    #[arg(long, value_name = "DEG/√h")]
+    angle_random_walk_deg_per_sqrt_hour: Option<f64>,
+    /// White noise of the accelerometers, instead of --noise
+    #[arg(long, value_name = "ug/√Hz")]
+    velocity_random_walk_ug_per_sqrt_hz: Option<f64>,
+    /// Time of the start, seconds since 1970
+    #[arg(long, default_value_t = 1_760_000_000, value_name = "SECONDS")]
+    start_time: u32,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    bag: PathBuf,
+    scheme: String,
+    duration_s: f64,
+    messages: Vec<(String, u64)>,
+    gyroscope_drift_rad_s: [f64; 3],
+    accelerometer_bias_m_s2: [f64; 3],
+}
+
+/// One value for all axes, or one for each.
+fn triple(name: &str, values: &[f64]) -> anyhow::Result<Vector3<f64>> {
+    match *values {
+        [all] => Ok(Vector3::repeat(all)),
+        [x, y, z] => Ok(Vector3::new(x, y, z)),
+        _ => bail!("{name} has {} values, expected 1 or 3", values.len()),
+    }
+}
+
+impl Options {
+    fn scheme(&self) -> anyhow::Result<Scheme> {
+        if let Some(scheme) = Scheme::builtin(&self.scheme) {
+            return Ok(scheme);
+        }
+        let text = fs::read_to_string(&self.scheme).with_context(|| {
+            format!("scheme {}: neither one of {} nor a file", self.scheme, BUILTIN_NAMES.join(", "))
+        })?;
+        Ok(Scheme::from_yaml(&self.scheme, &text)?)
+    }
+
+    fn errors(&self) -> anyhow::Result<ImuErrorSettings> {
+        let mut settings = ImuErrorSettings::perfect();
+        let errors = &mut settings.errors;
+        errors.gyroscope_drift =
+            triple("--gyroscope-drift-deg-per-hour", &self.gyroscope_drift_deg_per_hour)? * DEG_PER_HOUR;
+        errors.accelerometer_bias = triple("--accelerometer-bias-ug", &self.accelerometer_bias_ug)? * MICRO_G;
+        let scale = triple("--gyroscope-scale-factor-ppm", &self.gyroscope_scale_factor_ppm)? * PPM;
+        errors.gyroscope_matrix.set_diagonal(&scale);
+        let scale = triple("--accelerometer-scale-factor-ppm", &self.accelerometer_scale_factor_ppm)? * PPM;
+        errors.accelerometer_matrix.set_diagonal(&scale);
+        settings.noise = match self.noise {
+            Noise::D => NoiseReading::D.density(),
+            Noise::H => NoiseReading::H.density(),
+            Noise::None => NoiseDensity { gyroscope: Vector3::zeros(), accelerometer: Vector3::zeros() },
+        };
+        if let Some(density) = self.angle_random_walk_deg_per_sqrt_hour {
+            settings.noise.gyroscope = Vector3::repeat(density * DEG_PER_SQRT_HOUR);
+        }
+        if let Some(density) = self.velocity_random_walk_ug_per_sqrt_hz {
+            settings.noise.accelerometer = Vector3::repeat(density * MICRO_G);
+        }
+        Ok(settings)
+    }
+
+    fn settings(&self, turntable: Turntable) -> anyhow::Result<SimulatorSettings> {
+        Ok(SimulatorSettings {
+            plant: PlantSettings {
+                ship: Ship {
+                    latitude_rad: self.latitude_deg.to_radians(),
+                    longitude_rad: self.longitude_deg.to_radians(),
+                    height_m: self.height_m,
+                    heading_rad: self.heading_deg.to_radians(),
+                    roll_rad: self.roll_deg.to_radians(),
+                    pitch_rad: self.pitch_deg.to_radians(),
+                },
+                turntable,
+                imu_rate_hz: self.rate,
+                start: Stamp::from_nanos(i64::from(self.start_time) * 1_000_000_000),
+                ..PlantSettings::default()
+            },
+            imu: self.errors()?,
+            joint_state_rate_hz: self.joint_state_rate,
+            seed: self.seed,
+            ..SimulatorSettings::default()
+        })
+    }
+}
+
+/// The bag with its topics.
+struct Output {
+    bag: BagWriter,
+    imu: TopicId,
+    joints: TopicId,
+    fix: TopicId,
+    velocity: TopicId,
+    status: TopicId,
+    trajectory: TopicId,
+    truth: TopicId,
+    last_status: Option<SchemeStatus>,
+}
+
+impl Output {
+    fn new(options: &Options) -> Result<Self, bags::Error> {
+        let write_options = WriteOptions { compression: options.compression.into(), ..WriteOptions::default() };
+        let mut bag = BagWriter::create(&options.output, write_options)?;
+        let samples = Qos::reliable(1000);
+        Ok(Self {
+            imu: bag.add_topic(NewTopic::of::<Imu>("/imu/data_raw", samples))?,
+            joints: bag.add_topic(NewTopic::of::<JointState>("/turntable/joint_states", samples))?,
+            fix: bag.add_topic(NewTopic::of::<NavSatFix>("/fix", Qos::reliable(10)))?,
+            velocity: bag.add_topic(NewTopic::of::<TwistWithCovarianceStamped>("/aiding/velocity", Qos::reliable(10)))?,
+            status: bag.add_topic(NewTopic::of::<SchemeStatus>("/scheme/status", Qos::latched(1)))?,
+            trajectory: bag.add_topic(NewTopic::of::<JointTrajectory>("/turntable/joint_trajectory", Qos::reliable(10)))?,
+            truth: bag.add_topic(NewTopic::of::<Calibration>("/ground_truth/calibration", Qos::latched(1)))?,
+            bag,
+            last_status: None,
+        })
+    }
+
+    fn write<M: RosMessage>(&mut self, topic: TopicId, stamp: Stamp, message: &M) -> Result<(), bags::Error> {
+        self.bag.write(topic, stamp.nanos().unsigned_abs(), message)
+    }
+
+    /// Writes the status where step or state are new.
+    fn write_status(&mut self, stamp: Stamp, status: SchemeStatus) -> Result<(), bags::Error> {
+        let place = |s: &SchemeStatus| (s.state, s.cycle, s.step);
+        if self.last_status.as_ref().map(place) == Some(place(&status)) {
+            return Ok(());
+        }
+        let result = self.write(self.status, stamp, &status);
+        self.last_status = Some(status);
+        result
+    }
+}
+
+/// Simulates and writes.
+pub fn run(options: &Options) -> anyhow::Result<Outcome> {
+    if !(options.hours > 0.0 && options.hours <= 10_000.0) {
+        bail!("--hours is {}, expected more than 0 and at most 10000", options.hours);
+    }
+    let scheme = options.scheme()?;
+    let turntable = match options.outer_axis.zip(options.inner_axis) {
+        Some((outer, inner)) => Turntable::new(outer, inner)?,
+        None => scheme.default_table(),
+    };
+    let settings = options.settings(turntable)?;
+    let simulator = Simulator::new(settings)?;
+    let sequencer = Sequencer::new(scheme.program(turntable)?, SequencerSettings::default())?;
+    let start = settings.plant.start;
+    let duration_s = options.hours * 3600.0;
+    let mut output = Output::new(options)?;
+    let progress = Progress::new("simulating", duration_s);
+    let plant = simulator.plant();
+    let truth = Calibration::ground_truth(start, &settings.imu.errors, plant.attitude(), plant.ship());
+    output.write(output.truth, start, &truth)?;
+    output.write(output.joints, start, &JointState::from(&simulator.first_joints()))?;
+    let mut run = Run::new(simulator, sequencer, duration_s);
+    let mut count = 0_u64;
+    while let Some(tick) = run.next() {
+        let tick = tick?;
+        let stamp = tick.imu.stamp;
+        output.write(output.imu, stamp, &Imu::from_sample(&tick.imu, IMU_LINK))?;
+        if let Some(joints) = &tick.joints {
+            output.write(output.joints, stamp, &JointState::from(joints))?;
+        }
+        if let Some(position) = &tick.position {
+            output.write(output.fix, stamp, &NavSatFix::from(position))?;
+        }
+        if let Some(velocity) = &tick.velocity {
+            output.write(output.velocity, stamp, &TwistWithCovarianceStamped::from(velocity))?;
+        }
+        if tick.joints.is_some() {
+            output.write_status(stamp, SchemeStatus::from(&run.sequencer().status()))?;
+        }
+        count += 1;
+        if count.is_multiple_of(10_000) {
+            progress.set(stamp.seconds_since(start));
+        }
+    }
+    drop(progress);
+    let summary = output.bag.finish()?;
+    let errors = &settings.imu.errors;
+    let report = Report {
+        bag: summary.path,
+        scheme: scheme.name,
+        duration_s,
+        messages: summary.counts,
+        gyroscope_drift_rad_s: errors.gyroscope_drift.into(),
+        accelerometer_bias_m_s2: errors.accelerometer_bias.into(),
+    };
+    if options.json {
+        output::json(&report)?;
+    } else {
+        output::text_line(&format!(
+            "{}: {duration_s} s of {}, {count} samples of the IMU",
+            report.bag.display(),
+            report.scheme
+        ))?;
+    }
+    Ok(Outcome::Reached)
+}
