@@ -59,7 +59,8 @@ struct Decimation {
 impl Decimation {
     fn new(rate_hz: f64) -> Self {
         Self {
-            period_nanos: (rate_hz > 0.0).then(|| sins::time::seconds_to_nanos(1.0 / rate_hz).max(1)),
+            period_nanos: (rate_hz > 0.0)
+                .then(|| sins::time::seconds_to_nanos(1.0 / rate_hz).max(1)),
             last: None,
         }
     }
@@ -251,10 +252,18 @@ impl Compensator {
         (navigation || imu).then(|| self.messages(&output, sample, navigation, imu))
     }
 
-    fn messages(&self, output: &NavigatorOutput, sample: &ImuSample, navigation: bool, imu: bool) -> Output {
+    fn messages(
+        &self,
+        output: &NavigatorOutput,
+        sample: &ImuSample,
+        navigation: bool,
+        imu: bool,
+    ) -> Output {
         let messages = |solution: &Solution| SolutionMessages {
             imu: imu.then(|| translation::imu(output.stamp, solution, sample, &self.frame_id)),
-            navigation: navigation.then(|| self.navigation(output.stamp, solution, sample)).flatten(),
+            navigation: navigation
+                .then(|| self.navigation(output.stamp, solution, sample))
+                .flatten(),
         };
         Output {
             compensated: messages(&output.compensated),
@@ -270,7 +279,12 @@ impl Compensator {
     ) -> Option<(Odometry, NavSatFix, TwistWithCovarianceStamped)> {
         let origin = self.origin.as_ref()?;
         let turntable = &self.settings.navigator.alignment.turntable;
-        let motion = vehicle_motion(solution, turntable, &self.joints.at(stamp), &sample.angular_rate_variance);
+        let motion = vehicle_motion(
+            solution,
+            turntable,
+            &self.joints.at(stamp),
+            &sample.angular_rate_variance,
+        );
         let frames = [
             self.settings.odometry_frame_id.as_str(),
             self.settings.base_frame_id.as_str(),
@@ -299,7 +313,10 @@ impl Compensator {
             .inputs
             .imu
             .report()
-            .with("rate [Hz]", format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)))
+            .with(
+                "rate [Hz]",
+                format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)),
+            )
             .with("samples", counts.samples)
             .with("gaps", counts.gaps)
             .with("lost", counts.lost)
@@ -308,7 +325,12 @@ impl Compensator {
             .with("not finite", stream.not_finite())
             .with("restarts", stream.jumps());
         if counts.gaps > 0 {
-            let text = format!("{}: {} gaps, {} samples lost", topic::IMU, counts.gaps, counts.lost);
+            let text = format!(
+                "{}: {} gaps, {} samples lost",
+                topic::IMU,
+                counts.gaps,
+                counts.lost
+            );
             report = report.worsened(Level::Warn, &text);
         }
         report
@@ -316,7 +338,10 @@ impl Compensator {
 
     /// How the joint states come.
     pub fn joints_report(&self) -> Report {
-        self.inputs.joints.report().with("samples waiting", self.order.waiting())
+        self.inputs
+            .joints
+            .report()
+            .with("samples waiting", self.order.waiting())
     }
 
     /// Where navigation stands.

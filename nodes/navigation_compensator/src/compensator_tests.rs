@@ -72,12 +72,22 @@ fn compensation_holds_the_position() {
         let position = messages.navigation.as_ref().unwrap().0.pose.pose.position;
         position.x.hypot(position.y)
     };
-    assert!(distance(&last.compensated) < 0.1, "{}", distance(&last.compensated));
+    assert!(
+        distance(&last.compensated) < 0.1,
+        "{}",
+        distance(&last.compensated)
+    );
     assert!(distance(&last.uncompensated) > 100.0);
     let imu = last.compensated.imu.as_ref().unwrap();
     assert!((imu.angular_velocity.x).abs() < 1e-12);
     let odometry = &last.compensated.navigation.as_ref().unwrap().0;
-    assert_eq!((odometry.header.frame_id.as_str(), odometry.child_frame_id.as_str()), ("odom", "base_link"));
+    assert_eq!(
+        (
+            odometry.header.frame_id.as_str(),
+            odometry.child_frame_id.as_str()
+        ),
+        ("odom", "base_link")
+    );
     // Heading 0: the ship's x (forward) is North.
     assert!((odometry.pose.pose.orientation.z - 0.5f64.sqrt()).abs() < 1e-6);
 }
@@ -90,7 +100,13 @@ fn output_rate_goes_by_stamps() {
     compensator.calibration(&calibration(5));
     let outputs = feed(&mut compensator, 10..510);
     assert_eq!(outputs.len(), 500);
-    assert_eq!(outputs.iter().filter(|o| o.compensated.navigation.is_some()).count(), 11);
+    assert_eq!(
+        outputs
+            .iter()
+            .filter(|o| o.compensated.navigation.is_some())
+            .count(),
+        11
+    );
 }
 
 /// A calibration that says it is not valid, or that has other states, is refused.
@@ -98,8 +114,14 @@ fn output_rate_goes_by_stamps() {
 fn unusable_calibrations_are_refused() {
     let mut compensator = compensator(0.0);
     feed(&mut compensator, 0..10);
-    compensator.calibration(&Calibration { valid: false, ..calibration(5) });
-    compensator.calibration(&Calibration { state_names: vec!["x".to_owned()], ..calibration(5) });
+    compensator.calibration(&Calibration {
+        valid: false,
+        ..calibration(5)
+    });
+    compensator.calibration(&Calibration {
+        state_names: vec!["x".to_owned()],
+        ..calibration(5)
+    });
     assert_eq!(compensator.inputs.calibration.refused(), 2);
     assert_eq!(compensator.phase, NavigatorPhase::WaitingForCalibration);
 }

@@ -72,7 +72,8 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
     let mut joints: Subscription<JointState> = node.subscription(topic::JOINTS, Qos::sensor())?;
-    let mut calibrations: Subscription<Calibration> = node.subscription(topic::CALIBRATION, Qos::latched(1))?;
+    let mut calibrations: Subscription<Calibration> =
+        node.subscription(topic::CALIBRATION, Qos::latched(1))?;
     let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::sensor())?;
     watch(&node, &shared);
     node.set_ready();

@@ -49,25 +49,110 @@ pub fn declarations() -> Vec<Parameter> {
         Parameter::new("base_frame_id", "base_link").describe("frame of the ship: forward-left-up"),
     ];
     all.extend([
-        double("alignment_s", 900.0, "s", 10.0, 36_000.0, "length of the node's own alignment, where it needs one"),
-        double("coarse_alignment_s", 300.0, "s", 10.0, 7200.0, "length of coarse alignment within it"),
-        double("history_s", 60.0, "s", 0.0, 3600.0, "how long samples are kept for a calibration that arrives after them"),
-        double("restart_gap_s", 5.0, "s", 0.01, 3600.0, "a longer hole in the samples, or a step back in time, aligns anew"),
-        double("joint_patience_s", 0.1, "s", 0.0, 60.0,
-            "how long, by the samples' stamps, a sample waits for the joint state after it"),
-        double("moored_sigma_m_s", 0.01, "m/s", 1e-6, 10.0, "1 sigma of the moored ship's velocity during alignment, each axis"),
-        double("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
-            "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
-        double("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
-            "white noise of the accelerometers; 0: from the covariances of the Imu messages"),
-        double("uncompensated_accelerometer_bias_ug", 100.0, "ug", 1e-6, 1e6,
-            "1 sigma of the biases where they are not taken out"),
-        double("uncompensated_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e-9, 1e4,
-            "1 sigma of the drifts where they are not taken out"),
-        double("output_rate_hz", 0.0, "Hz", 0.0, 10_000.0,
-            "odometry, fix_ins and velocity a second of sample time; 0: with every sample"),
-        double("imu_output_rate_hz", 0.0, "Hz", 0.0, 10_000.0, "imu/data a second of sample time; 0: with every sample"),
-        double("silence_s", 3.0, "s", 0.1, 3600.0, "an input topic that is silent for longer is a fault"),
+        double(
+            "alignment_s",
+            900.0,
+            "s",
+            10.0,
+            36_000.0,
+            "length of the node's own alignment, where it needs one",
+        ),
+        double(
+            "coarse_alignment_s",
+            300.0,
+            "s",
+            10.0,
+            7200.0,
+            "length of coarse alignment within it",
+        ),
+        double(
+            "history_s",
+            60.0,
+            "s",
+            0.0,
+            3600.0,
+            "how long samples are kept for a calibration that arrives after them",
+        ),
+        double(
+            "restart_gap_s",
+            5.0,
+            "s",
+            0.01,
+            3600.0,
+            "a longer hole in the samples, or a step back in time, aligns anew",
+        ),
+        double(
+            "joint_patience_s",
+            0.1,
+            "s",
+            0.0,
+            60.0,
+            "how long, by the samples' stamps, a sample waits for the joint state after it",
+        ),
+        double(
+            "moored_sigma_m_s",
+            0.01,
+            "m/s",
+            1e-6,
+            10.0,
+            "1 sigma of the moored ship's velocity during alignment, each axis",
+        ),
+        double(
+            "angle_random_walk_deg_per_sqrt_hour",
+            0.0,
+            "deg/sqrt(h)",
+            0.0,
+            10.0,
+            "white noise of the gyroscopes; 0: from the covariances of the Imu messages",
+        ),
+        double(
+            "velocity_random_walk_ug_per_sqrt_hz",
+            0.0,
+            "ug/sqrt(Hz)",
+            0.0,
+            1e5,
+            "white noise of the accelerometers; 0: from the covariances of the Imu messages",
+        ),
+        double(
+            "uncompensated_accelerometer_bias_ug",
+            100.0,
+            "ug",
+            1e-6,
+            1e6,
+            "1 sigma of the biases where they are not taken out",
+        ),
+        double(
+            "uncompensated_gyroscope_drift_deg_per_hour",
+            0.01,
+            "deg/h",
+            1e-9,
+            1e4,
+            "1 sigma of the drifts where they are not taken out",
+        ),
+        double(
+            "output_rate_hz",
+            0.0,
+            "Hz",
+            0.0,
+            10_000.0,
+            "odometry, fix_ins and velocity a second of sample time; 0: with every sample",
+        ),
+        double(
+            "imu_output_rate_hz",
+            0.0,
+            "Hz",
+            0.0,
+            10_000.0,
+            "imu/data a second of sample time; 0: with every sample",
+        ),
+        double(
+            "silence_s",
+            3.0,
+            "s",
+            0.1,
+            3600.0,
+            "an input topic that is silent for longer is a fault",
+        ),
     ]);
     all
 }
@@ -120,4 +205,37 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
         base_frame_id: parameters.get("base_frame_id")?,
         silence_s: double("silence_s")?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// The defaults are those of the machine to the last bit, so that node and command line agree.
+    #[test]
+    fn defaults_are_those_of_the_machine() {
+        let parameters = Parameters::defaults(declarations()).unwrap();
+        assert_eq!(
+            settings(&parameters).unwrap().navigator,
+            NavigatorSettings::default()
+        );
+    }
+
+    /// The parameter file that ships with the project holds every parameter and no other.
+    #[test]
+    fn the_parameter_file_is_complete() {
+        let file = include_str!("../../../launch-scripts/config/navigation_compensator.yaml");
+        let mut given: Vec<_> = file
+            .lines()
+            .filter_map(|line| line.strip_prefix("    ")?.split_once(':'))
+            .map(|(key, _)| key)
+            .filter(|key| !key.starts_with('#'))
+            .collect();
+        let parameters = Parameters::defaults(declarations()).unwrap();
+        let mut declared: Vec<_> = parameters.declarations().map(Parameter::name).collect();
+        given.sort_unstable();
+        declared.sort_unstable();
+        assert_eq!(given, declared);
+    }
 }

@@ -178,11 +178,12 @@ pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
 /// Velocity over ground, East, North, Up; the angular part is not known here.
 pub fn velocity(stamp: Stamp, solution: &Solution, frame_id: &str) -> TwistWithCovarianceStamped {
     let mut covariance = Matrix6::from_diagonal_element(UNKNOWN_VARIANCE);
-    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(
-        &solution
-            .covariance
-            .fixed_view::<2, 2>(sins::estimation::error_state::VELOCITY, sins::estimation::error_state::VELOCITY),
-    );
+    covariance
+        .fixed_view_mut::<2, 2>(0, 0)
+        .copy_from(&solution.covariance.fixed_view::<2, 2>(
+            sins::estimation::error_state::VELOCITY,
+            sins::estimation::error_state::VELOCITY,
+        ));
     let mut message = TwistWithCovarianceStamped {
         header: Header::new(stamp, frame_id),
         ..TwistWithCovarianceStamped::default()

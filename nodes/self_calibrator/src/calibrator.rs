@@ -191,7 +191,10 @@ impl Calibrator {
         }
         let end: Stamp = status.header.stamp.into();
         let Some(latest) = &self.latest else {
-            tracing::info!("scheme {} is finished, but there is no estimate to publish", status.scheme);
+            tracing::info!(
+                "scheme {} is finished, but there is no estimate to publish",
+                status.scheme
+            );
             return None;
         };
         if latest.stamp >= end {
@@ -301,7 +304,11 @@ impl Calibrator {
             latest.duration_s,
             latest.phase.name()
         );
-        Some(translation::calibration(latest, &self.frame_id, &self.source))
+        Some(translation::calibration(
+            latest,
+            &self.frame_id,
+            &self.source,
+        ))
     }
 
     fn forget(&mut self) {
@@ -353,7 +360,10 @@ impl Calibrator {
             .inputs
             .imu
             .report()
-            .with("rate [Hz]", format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)))
+            .with(
+                "rate [Hz]",
+                format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)),
+            )
             .with("samples", counts.samples)
             .with("gaps", counts.gaps)
             .with("lost", counts.lost)
@@ -362,7 +372,12 @@ impl Calibrator {
             .with("not finite", samples.not_finite)
             .with("restarts", samples.restarts);
         if counts.gaps > 0 {
-            let text = format!("{}: {} gaps, {} samples lost", topic::IMU, counts.gaps, counts.lost);
+            let text = format!(
+                "{}: {} gaps, {} samples lost",
+                topic::IMU,
+                counts.gaps,
+                counts.lost
+            );
             report = report.worsened(Level::Warn, &text);
         }
         report
@@ -395,12 +410,16 @@ impl Calibrator {
 
     /// Where self-calibration stands.
     pub fn estimate_report(&self) -> Report {
-        let mut report = Report::ok(format!("phase {}", self.phase.name())).with("phase", self.phase.name());
+        let mut report =
+            Report::ok(format!("phase {}", self.phase.name())).with("phase", self.phase.name());
         if let Some(problem) = &self.problem {
             report = report.worsened(Level::Error, problem);
         }
         let Some(latest) = &self.latest else {
-            return report.with("coarse alignment [%]", format!("{:.0}", 100.0 * self.machine.coarse_progress()));
+            return report.with(
+                "coarse alignment [%]",
+                format!("{:.0}", 100.0 * self.machine.coarse_progress()),
+            );
         };
         let innovations = latest.innovations;
         report = report
@@ -410,7 +429,12 @@ impl Calibrator {
             .with("NIS bound", format!("{:.4}", innovations.window_bound))
             .with("NIS failures", innovations.failures);
         if self.phase == Phase::Inconsistent {
-            let why = phase::reason(Phase::Calibrating, self.phase, Some(latest), self.machine.settings());
+            let why = phase::reason(
+                Phase::Calibrating,
+                self.phase,
+                Some(latest),
+                self.machine.settings(),
+            );
             report = report.worsened(Level::Warn, &why);
         }
         report

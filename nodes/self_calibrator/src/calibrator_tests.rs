@@ -76,7 +76,12 @@ fn estimates_come_once_a_second() {
     );
     assert_eq!((last.duration, last.gaps), (40.0, 0));
     assert_eq!(outputs.len(), 31);
-    assert!(last.heading.to_degrees().min(360.0 - last.heading.to_degrees()) < 0.01);
+    assert!(
+        last.heading
+            .to_degrees()
+            .min(360.0 - last.heading.to_degrees())
+            < 0.01
+    );
 }
 
 /// A fix without a fix, and one that is not a number, leave the node waiting and are counted by kind.
@@ -129,9 +134,21 @@ fn end_of_scheme_is_met_by_stamp() {
     let mut calibrator = calibrator();
     calibrator.fix(&fix(45.0, 0));
     feed(&mut calibrator, 0..300);
-    assert!(calibrator.scheme(&status(SchemeStatus::DWELLING, 0)).is_none());
-    assert!(calibrator.scheme(&status(SchemeStatus::FINISHED, 350)).is_none());
-    assert!(calibrator.scheme(&status(SchemeStatus::FINISHED, 350)).is_none());
+    assert!(
+        calibrator
+            .scheme(&status(SchemeStatus::DWELLING, 0))
+            .is_none()
+    );
+    assert!(
+        calibrator
+            .scheme(&status(SchemeStatus::FINISHED, 350))
+            .is_none()
+    );
+    assert!(
+        calibrator
+            .scheme(&status(SchemeStatus::FINISHED, 350))
+            .is_none()
+    );
     let outputs = feed(&mut calibrator, 300..400);
     let published: Vec<_> = outputs.into_iter().filter_map(|o| o.calibration).collect();
     assert_eq!(published.len(), 1);
@@ -160,7 +177,11 @@ fn gaps_are_told() {
     let outputs = feed(&mut calibrator, 253..300);
     let last = outputs.last().unwrap().estimate.as_ref().unwrap();
     assert_eq!((last.gaps, last.lost_samples), (1, 3));
-    assert!(last.message.contains("1 gaps, 3 samples lost"), "{}", last.message);
+    assert!(
+        last.message.contains("1 gaps, 3 samples lost"),
+        "{}",
+        last.message
+    );
     let report = format!("{:?}", calibrator.imu_report());
     assert!(report.contains("1 gaps, 3 samples lost"), "{report}");
 }

@@ -65,8 +65,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
     let mut joints: Subscription<JointState> = node.subscription(topic::JOINTS, Qos::sensor())?;
-    let mut scheme: Subscription<SchemeStatus> = node.subscription(topic::SCHEME, Qos::latched(10))?;
-    let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match settings.reference {
+    let mut scheme: Subscription<SchemeStatus> =
+        node.subscription(topic::SCHEME, Qos::latched(10))?;
+    let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match settings.reference
+    {
         Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
         Reference::Moored { .. } => None,
     };
@@ -106,7 +108,9 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
 }
 
 /// The next message of a subscription that may not be there; never, where it is not.
-async fn next(subscription: &mut Option<Subscription<TwistWithCovarianceStamped>>) -> TwistWithCovarianceStamped {
+async fn next(
+    subscription: &mut Option<Subscription<TwistWithCovarianceStamped>>,
+) -> TwistWithCovarianceStamped {
     match subscription {
         Some(subscription) => subscription.recv().await,
         None => std::future::pending().await,
@@ -115,15 +119,21 @@ async fn next(subscription: &mut Option<Subscription<TwistWithCovarianceStamped>
 
 fn serve(node: &Node, shared: &Shared, publishers: &Publishers) -> ros_node::Result<()> {
     let (calibrator, publishers) = (shared.clone(), publishers.clone());
-    node.serve("~/publish_calibration", "std_srvs/srv/Trigger", move |_: TriggerRequest| -> TriggerResponse {
-        let (response, calibration) = calibrator.lock().publish_request();
-        publishers.publish_calibration(calibration);
-        response
-    })?;
+    node.serve(
+        "~/publish_calibration",
+        "std_srvs/srv/Trigger",
+        move |_: TriggerRequest| -> TriggerResponse {
+            let (response, calibration) = calibrator.lock().publish_request();
+            publishers.publish_calibration(calibration);
+            response
+        },
+    )?;
     let calibrator = shared.clone();
-    node.serve("~/reset", "std_srvs/srv/Trigger", move |_: TriggerRequest| -> TriggerResponse {
-        calibrator.lock().reset()
-    })
+    node.serve(
+        "~/reset",
+        "std_srvs/srv/Trigger",
+        move |_: TriggerRequest| -> TriggerResponse { calibrator.lock().reset() },
+    )
 }
 
 fn watch(node: &Node, shared: &Shared) {

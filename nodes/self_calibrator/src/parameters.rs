@@ -1,5 +1,7 @@
 //! Parameters of the node, in the units of the people who set them, and the settings they amount to.
 
+use std::f64::consts::PI;
+
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters};
@@ -8,9 +10,6 @@ use sins::imu::NoiseDensity;
 use sins::self_calibration::{Reference, Settings, Thresholds};
 use sins::turntable::Turntable;
 use sins::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
-
-/// One degree \[rad\].
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Every parameter with unit, range and default. The defaults are those of [`Settings`].
 pub fn declarations() -> Vec<Parameter> {
@@ -22,10 +21,17 @@ pub fn declarations() -> Vec<Parameter> {
 /// What the filter assumes.
 fn filter_declarations() -> Vec<Parameter> {
     let double = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
-        Parameter::new(name, default).unit(unit).range(from, to).describe(text)
+        Parameter::new(name, default)
+            .unit(unit)
+            .range(from, to)
+            .describe(text)
     };
     let triple = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
-        Parameter::new(name, vec![default; 3]).length(3).unit(unit).range(from, to).describe(text)
+        Parameter::new(name, vec![default; 3])
+            .length(3)
+            .unit(unit)
+            .range(from, to)
+            .describe(text)
     };
     vec![
         Parameter::new("outer_axis", "x")
@@ -56,33 +62,106 @@ fn filter_declarations() -> Vec<Parameter> {
 /// When it begins, when it is done, when it gives up.
 fn decision_declarations() -> Vec<Parameter> {
     let double = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
-        Parameter::new(name, default).unit(unit).range(from, to).describe(text)
+        Parameter::new(name, default)
+            .unit(unit)
+            .range(from, to)
+            .describe(text)
     };
     let triple = |name: &str, default: f64, unit: &str, text: &str| {
-        Parameter::new(name, vec![default; 3]).length(3).unit(unit).range(0.0, 1e6).describe(text)
+        Parameter::new(name, vec![default; 3])
+            .length(3)
+            .unit(unit)
+            .range(0.0, 1e6)
+            .describe(text)
     };
     vec![
-        double("coarse_alignment_s", 300.0, "s", 10.0, 7200.0, "length of coarse alignment"),
-        double("coarse_alignment_min_s", 60.0, "s", 1.0, 7200.0,
-            "shortest coarse alignment, where the samples end early"),
-        double("coarse_residual_limit_m_s", 1.0, "m/s", 1e-3, 100.0,
-            "velocity that coarse alignment may leave unexplained"),
-        triple("gyroscope_drift_threshold_deg_per_hour", 0.002, "deg/h",
-            "1 sigma below which the drifts x, y, z count as found; 0: not asked for"),
-        triple("accelerometer_bias_threshold_ug", 10.0, "ug",
-            "1 sigma below which the biases x, y, z count as found; 0: not asked for"),
-        double("azimuth_threshold_arcmin", 1.0, "arcmin", 0.0, 1e4,
-            "1 sigma below which the azimuth counts as found; 0: not asked for"),
-        double("level_threshold_arcmin", 0.0, "arcmin", 0.0, 1e4,
-            "1 sigma below which the level counts as found; 0: not asked for"),
-        Parameter::new("innovation_window_updates", 300_i64).range(10.0, 100_000.0)
+        double(
+            "coarse_alignment_s",
+            300.0,
+            "s",
+            10.0,
+            7200.0,
+            "length of coarse alignment",
+        ),
+        double(
+            "coarse_alignment_min_s",
+            60.0,
+            "s",
+            1.0,
+            7200.0,
+            "shortest coarse alignment, where the samples end early",
+        ),
+        double(
+            "coarse_residual_limit_m_s",
+            1.0,
+            "m/s",
+            1e-3,
+            100.0,
+            "velocity that coarse alignment may leave unexplained",
+        ),
+        triple(
+            "gyroscope_drift_threshold_deg_per_hour",
+            0.002,
+            "deg/h",
+            "1 sigma below which the drifts x, y, z count as found; 0: not asked for",
+        ),
+        triple(
+            "accelerometer_bias_threshold_ug",
+            10.0,
+            "ug",
+            "1 sigma below which the biases x, y, z count as found; 0: not asked for",
+        ),
+        double(
+            "azimuth_threshold_arcmin",
+            1.0,
+            "arcmin",
+            0.0,
+            1e4,
+            "1 sigma below which the azimuth counts as found; 0: not asked for",
+        ),
+        double(
+            "level_threshold_arcmin",
+            0.0,
+            "arcmin",
+            0.0,
+            1e4,
+            "1 sigma below which the level counts as found; 0: not asked for",
+        ),
+        Parameter::new("innovation_window_updates", 300_i64)
+            .range(10.0, 100_000.0)
             .describe("length of the innovation test in updates"),
-        double("innovation_false_alarm", 1e-6, "1", 1e-12, 0.4,
-            "probability that the innovation test fails over one window when all is well"),
-        double("turn_deg", 10.0, "deg", 0.1, 180.0, "turn of the block that ends fine alignment and begins calibration"),
-        double("restart_gap_s", 5.0, "s", 0.01, 3600.0,
-            "a longer hole in the samples, or a step back in time, starts the alignment anew"),
-        double("silence_s", 3.0, "s", 0.1, 3600.0, "an input topic that is silent for longer is a fault"),
+        double(
+            "innovation_false_alarm",
+            1e-6,
+            "1",
+            1e-12,
+            0.4,
+            "probability that the innovation test fails over one window when all is well",
+        ),
+        double(
+            "turn_deg",
+            10.0,
+            "deg",
+            0.1,
+            180.0,
+            "turn of the block that ends fine alignment and begins calibration",
+        ),
+        double(
+            "restart_gap_s",
+            5.0,
+            "s",
+            0.01,
+            3600.0,
+            "a longer hole in the samples, or a step back in time, starts the alignment anew",
+        ),
+        double(
+            "silence_s",
+            3.0,
+            "s",
+            0.1,
+            3600.0,
+            "an input topic that is silent for longer is a fault",
+        ),
     ]
 }
 
@@ -95,9 +174,7 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
     let triple = |name: &str| -> anyhow::Result<Vector3<f64>> {
         Ok(Vector3::from_vec(parameters.get::<Vec<f64>>(name)?))
     };
-    let axis = |name: &str| -> anyhow::Result<_> {
-        Ok(parameters.get::<String>(name)?.parse()?)
-    };
+    let axis = |name: &str| -> anyhow::Result<_> { Ok(parameters.get::<String>(name)?.parse()?) };
     let (gyroscope, accelerometer) = (
         double("angle_random_walk_deg_per_sqrt_hour")?,
         double("velocity_random_walk_ug_per_sqrt_hz")?,
@@ -112,8 +189,12 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
         accelerometer: Vector3::repeat(accelerometer * MICRO_G),
     });
     let reference = match parameters.get::<String>("velocity_reference")?.as_str() {
-        "measured" => Reference::Measured { patience_s: double("velocity_patience_s")? },
-        _ => Reference::Moored { sigma_m_s: double("moored_sigma_m_s")? },
+        "measured" => Reference::Measured {
+            patience_s: double("velocity_patience_s")?,
+        },
+        _ => Reference::Moored {
+            sigma_m_s: double("moored_sigma_m_s")?,
+        },
     };
     let level = double("level_threshold_arcmin")? * ARC_MINUTE;
     let azimuth = double("azimuth_threshold_arcmin")? * ARC_MINUTE;
@@ -124,7 +205,7 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
         prior: InitialUncertainty {
             position_m: double("prior_position_m")?,
             velocity_m_s: double("prior_velocity_m_s")?,
-            misalignment_rad: triple("prior_misalignment_deg")? * DEGREE,
+            misalignment_rad: triple("prior_misalignment_deg")? * PI / 180.0,
             accelerometer_bias_m_s2: triple("prior_accelerometer_bias_ug")? * MICRO_G,
             gyroscope_drift_rad_s: triple("prior_gyroscope_drift_deg_per_hour")? * DEG_PER_HOUR,
         },
@@ -140,9 +221,39 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
         ),
         window_updates: usize::try_from(parameters.get::<i64>("innovation_window_updates")?)?,
         window_false_alarm: double("innovation_false_alarm")?,
-        turn_rad: double("turn_deg")? * DEGREE,
+        turn_rad: double("turn_deg")? * PI / 180.0,
         restart_gap_s: double("restart_gap_s")?,
     };
     settings.check()?;
     Ok(settings)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// The defaults are those of the machine to the last bit, so that node and command line agree.
+    #[test]
+    fn defaults_are_those_of_the_machine() {
+        let parameters = Parameters::defaults(declarations()).unwrap();
+        assert_eq!(settings(&parameters).unwrap(), Settings::default());
+    }
+
+    /// The parameter file that ships with the project holds every parameter and no other.
+    #[test]
+    fn the_parameter_file_is_complete() {
+        let file = include_str!("../../../launch-scripts/config/self_calibrator.yaml");
+        let mut given: Vec<_> = file
+            .lines()
+            .filter_map(|line| line.strip_prefix("    ")?.split_once(':'))
+            .map(|(key, _)| key)
+            .filter(|key| !key.starts_with('#'))
+            .collect();
+        let parameters = Parameters::defaults(declarations()).unwrap();
+        let mut declared: Vec<_> = parameters.declarations().map(Parameter::name).collect();
+        given.sort_unstable();
+        declared.sort_unstable();
+        assert_eq!(given, declared);
+    }
 }

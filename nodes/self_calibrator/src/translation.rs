@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use rotary_sins_msgs::sensor_msgs::{NavSatFix, NavSatStatus};
 use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
-use sins::estimation::error_state::{MISALIGNMENT, STATE_NAMES, StateMatrix};
 use sins::Stamp;
+use sins::estimation::error_state::{MISALIGNMENT, STATE_NAMES, StateMatrix};
 use sins::self_calibration::{Estimate, Phase, SampleReport};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
@@ -78,7 +78,11 @@ pub fn progress(
         samples: samples.counts.samples,
         gaps: samples.counts.gaps,
         lost_samples: samples.counts.lost,
-        message: format!("{}: {:.0} % of coarse alignment", phase.name().replace('_', " "), 100.0 * share),
+        message: format!(
+            "{}: {:.0} % of coarse alignment",
+            phase.name().replace('_', " "),
+            100.0 * share
+        ),
         ..SelfCalibrationEstimate::default()
     }
 }

@@ -67,6 +67,14 @@ impl Parameters {
         })
     }
 
+    /// The declarations with their defaults, outside of a node: for tests of what a node makes of them.
+    ///
+    /// # Errors
+    /// As at the start of a node.
+    pub fn defaults(declarations: Vec<Parameter>) -> Result<Self> {
+        Self::new(declarations, &[])
+    }
+
     /// The value of a parameter.
     ///
     /// # Errors

@@ -193,7 +193,10 @@ impl Running {
         let text = std::fs::read_to_string(&self.log).unwrap_or_default();
         text.lines()
             .rfind(|line| !line.trim().is_empty())
-            .map_or_else(|| format!("nothing in {}", self.log.display()), str::to_owned)
+            .map_or_else(
+                || format!("nothing in {}", self.log.display()),
+                str::to_owned,
+            )
     }
 }
 

@@ -119,7 +119,9 @@ impl Folder {
             .duration_since(std::time::UNIX_EPOCH)
             .unwrap_or_default()
             .as_secs();
-        let root = args.output.join(format!("{}-{seconds}", name_of(&args.scheme)));
+        let root = args
+            .output
+            .join(format!("{}-{seconds}", name_of(&args.scheme)));
         std::fs::create_dir_all(&root).with_context(|| format!("making {}", root.display()))?;
         let bag = (!args.no_record).then(|| root.join("bag"));
         Ok(Self { root, bag })
@@ -128,9 +130,10 @@ impl Folder {
 
 /// The scheme's name without folder and ending.
 fn name_of(scheme: &str) -> String {
-    Path::new(scheme)
-        .file_stem()
-        .map_or_else(|| scheme.to_owned(), |stem| stem.to_string_lossy().into_owned())
+    Path::new(scheme).file_stem().map_or_else(
+        || scheme.to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    )
 }
 
 async fn supervise(args: &Options) -> Result<crate::Outcome> {
@@ -146,20 +149,30 @@ async fn supervise(args: &Options) -> Result<crate::Outcome> {
     // Whatever happened, nothing stays behind.
     let ended = fleet.end().await;
     let Some(work) = outcome? else {
-        eprintln!("interrupted; every process has been ended, logs are in {}", folder.root.display());
+        eprintln!(
+            "interrupted; every process has been ended, logs are in {}",
+            folder.root.display()
+        );
         return Ok(crate::Outcome::Missed);
     };
     let processes = ended?;
     let outcome = Outcome::new(args, work.seen, folder.bag.as_deref(), &processes)?;
-    let text = report::text(&outcome, &report::Run {
-        wall: work.wall,
-        processes: &processes,
-        bag: folder.bag.as_deref(),
-    });
+    let text = report::text(
+        &outcome,
+        &report::Run {
+            wall: work.wall,
+            processes: &processes,
+            bag: folder.bag.as_deref(),
+        },
+    );
     println!("{text}");
     let path = folder.root.join("report.txt");
     std::fs::write(&path, &text).with_context(|| format!("writing {}", path.display()))?;
-    Ok(if outcome.is_good() { crate::Outcome::Reached } else { crate::Outcome::Missed })
+    Ok(if outcome.is_good() {
+        crate::Outcome::Reached
+    } else {
+        crate::Outcome::Missed
+    })
 }
 
 /// What the run gave.
@@ -205,7 +218,8 @@ async fn work(args: &Options, folder: &Folder, fleet: &mut Fleet) -> Result<Work
 /// Waits until every consumer has told that it has all samples, and the calibration at the end has come.
 async fn settle(watch: &Watch, args: &Options) {
     let deadline = Instant::now() + SETTLE;
-    while Instant::now() < deadline && !watch.seen().is_complete(args.samples(), args.duration_s()) {
+    while Instant::now() < deadline && !watch.seen().is_complete(args.samples(), args.duration_s())
+    {
         tokio::time::sleep(PERIOD).await;
     }
 }
@@ -225,7 +239,7 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
         programs.push(Program {
             name: "recorder".to_owned(),
             executable: "rotary-sins".to_owned(),
-            arguments: ["record", "--output"]
+            arguments: ["record", "--use-sim-time", "--output"]
                 .map(str::to_owned)
                 .into_iter()
                 .chain([bag.display().to_string()])

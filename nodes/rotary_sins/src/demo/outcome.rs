@@ -81,7 +81,12 @@ impl Outcome {
     ///
     /// # Errors
     /// Where estimate or truth never came, or the bag cannot be read.
-    pub fn new(args: &Options, seen: Seen, bag: Option<&Path>, processes: &[Ended]) -> Result<Self> {
+    pub fn new(
+        args: &Options,
+        seen: Seen,
+        bag: Option<&Path>,
+        processes: &[Ended],
+    ) -> Result<Self> {
         let mut consumers = Vec::new();
         for consumer in CONSUMERS {
             let counts = seen
@@ -104,7 +109,10 @@ impl Outcome {
         let odometry = nearest(&seen.truth_odometry, estimate.header.stamp.into())
             .context("ground_truth/odometry did not come until the end")?;
         if estimate.state.is_empty() {
-            bail!("self-calibration came no further than phase {}", estimate.phase_name);
+            bail!(
+                "self-calibration came no further than phase {}",
+                estimate.phase_name
+            );
         }
         let mut rows = Vec::new();
         for (name, unit, scale, truth, found, sigma) in [
@@ -133,7 +141,11 @@ impl Outcome {
                 estimate.misalignment_std,
             ),
         ] {
-            let axes = if name == "misalignment" { ["East", "North", "Up"] } else { ["x", "y", "z"] };
+            let axes = if name == "misalignment" {
+                ["East", "North", "Up"]
+            } else {
+                ["x", "y", "z"]
+            };
             rows.extend((0..3).map(|axis| Row {
                 name: format!("{name} {}", axes[axis]),
                 unit,
@@ -165,7 +177,10 @@ impl Outcome {
     /// Every estimate within its limit, nothing lost, everything ended as it should.
     pub fn is_good(&self) -> bool {
         self.rows.iter().all(Row::is_good)
-            && self.consumers.iter().all(|consumer| self.is_whole(consumer))
+            && self
+                .consumers
+                .iter()
+                .all(|consumer| self.is_whole(consumer))
             && self.unclean.is_empty()
     }
 
@@ -175,24 +190,49 @@ impl Outcome {
             .rows
             .iter()
             .filter(|row| !row.is_good())
-            .map(|row| format!("{} is {:.1} sigma off, expected at most {LIMIT_SIGMA}", row.name, row.sigmas()))
+            .map(|row| {
+                format!(
+                    "{} is {:.1} sigma off, expected at most {LIMIT_SIGMA}",
+                    row.name,
+                    row.sigmas()
+                )
+            })
             .collect();
-        for consumer in self.consumers.iter().filter(|consumer| !self.is_whole(consumer)) {
-            let Counts { samples, lost, refused } = consumer.counts;
+        for consumer in self
+            .consumers
+            .iter()
+            .filter(|consumer| !self.is_whole(consumer))
+        {
+            let Counts {
+                samples,
+                lost,
+                refused,
+            } = consumer.counts;
             faults.push(format!(
                 "{}: {samples} of {} samples, {lost} lost by stamp, {refused} refused",
                 consumer.name, self.sent
             ));
         }
-        faults.extend(self.unclean.iter().map(|name| format!("{name} did not end cleanly")));
+        faults.extend(
+            self.unclean
+                .iter()
+                .map(|name| format!("{name} did not end cleanly")),
+        );
         faults
     }
 }
 
 /// The true pose nearest in time; `None` where there is none within two seconds.
 fn nearest(poses: &VecDeque<Odometry>, stamp: Stamp) -> Option<&Odometry> {
-    let distance = |pose: &&Odometry| Stamp::from(pose.header.stamp).nanos().abs_diff(stamp.nanos());
-    poses.iter().min_by_key(distance).filter(|pose| distance(pose) < 2_000_000_000)
+    let distance = |pose: &&Odometry| {
+        Stamp::from(pose.header.stamp)
+            .nanos()
+            .abs_diff(stamp.nanos())
+    };
+    poses
+        .iter()
+        .min_by_key(distance)
+        .filter(|pose| distance(pose) < 2_000_000_000)
 }
 
 /// φ of the estimated attitude of the block about East, North, Up \[rad\]: C' = (I − φ×) C.
@@ -251,8 +291,13 @@ mod tests {
             pose
         };
         let poses = VecDeque::from([pose(10), pose(11)]);
-        let at = |sec| nearest(&poses, Stamp::from_sec_nanosec(sec, 0)).map(|pose| pose.header.stamp.sec);
-        assert_eq!((at(11), at(10), at(12), at(20)), (Some(11), Some(10), Some(11), None));
+        let at = |sec| {
+            nearest(&poses, Stamp::from_sec_nanosec(sec, 0)).map(|pose| pose.header.stamp.sec)
+        };
+        assert_eq!(
+            (at(11), at(10), at(12), at(20)),
+            (Some(11), Some(10), Some(11), None)
+        );
     }
 
     /// Four sigma are within the limit, more are not, and an estimate without a sigma is none.

@@ -90,13 +90,27 @@ fn head(elapsed_s: f64, duration_s: f64, wall: Duration) -> String {
 
 fn clock(seconds: f64) -> String {
     let seconds = seconds.max(0.0) as u64;
-    format!("{}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60, seconds % 60)
+    format!(
+        "{}:{:02}:{:02}",
+        seconds / 3600,
+        seconds / 60 % 60,
+        seconds % 60
+    )
 }
 
 fn lines(seen: &Seen) -> [String; 5] {
-    let scheme = seen.scheme.as_ref().map_or_else(|| "waiting for the nodes".to_owned(), scheme_line);
+    let scheme = seen
+        .scheme
+        .as_ref()
+        .map_or_else(|| "waiting for the nodes".to_owned(), scheme_line);
     let Some(estimate) = &seen.estimate else {
-        return [scheme, "no samples yet".to_owned(), String::new(), String::new(), String::new()];
+        return [
+            scheme,
+            "no samples yet".to_owned(),
+            String::new(),
+            String::new(),
+            String::new(),
+        ];
     };
     let lost: Vec<_> = CONSUMERS
         .iter()
@@ -106,16 +120,38 @@ fn lines(seen: &Seen) -> [String; 5] {
         "phase {}, {} samples, {} lost",
         estimate.phase_name.replace('_', " "),
         estimate.samples,
-        lost.iter().max().copied().unwrap_or(estimate.lost_samples).max(estimate.lost_samples)
+        lost.iter()
+            .max()
+            .copied()
+            .unwrap_or(estimate.lost_samples)
+            .max(estimate.lost_samples)
     );
     if estimate.state.is_empty() {
-        return [scheme, phase, estimate.message.clone(), String::new(), String::new()];
+        return [
+            scheme,
+            phase,
+            estimate.message.clone(),
+            String::new(),
+            String::new(),
+        ];
     }
     [
         scheme,
         phase,
-        triple("drift   deg/h ", estimate.gyroscope_drift, estimate.gyroscope_drift_std, DEG_PER_HOUR, 5),
-        triple("bias    ug    ", estimate.accelerometer_bias, estimate.accelerometer_bias_std, MICRO_G, 2),
+        triple(
+            "drift   deg/h ",
+            estimate.gyroscope_drift,
+            estimate.gyroscope_drift_std,
+            DEG_PER_HOUR,
+            5,
+        ),
+        triple(
+            "bias    ug    ",
+            estimate.accelerometer_bias,
+            estimate.accelerometer_bias_std,
+            MICRO_G,
+            2,
+        ),
         attitude(estimate),
     ]
 }
@@ -159,7 +195,11 @@ fn triple(name: &str, values: [f64; 3], sigmas: [f64; 3], unit: f64, digits: usi
 /// Heading, pitch and roll stand for the three misalignments, which are fed back and so zero.
 fn attitude(estimate: &SelfCalibrationEstimate) -> String {
     let part = |name: &str, angle: f64, sigma: f64| {
-        format!("{name} {:.5} ± {:.1}\"", angle.to_degrees(), sigma / ARC_SECOND)
+        format!(
+            "{name} {:.5} ± {:.1}\"",
+            angle.to_degrees(),
+            sigma / ARC_SECOND
+        )
     };
     format!(
         "attitude deg  {}  {}  {}",

@@ -45,9 +45,18 @@ pub fn text(outcome: &Outcome, run: &Run<'_>) -> String {
         )
     };
     let lines = [
-        format!("Position error of free-inertial navigation since convergence, with compensation: {}", describe(with)),
-        format!("                                                         without compensation: {}", describe(without)),
-        format!("Mean NIS of the last window {:.2}, bound {:.2}", estimate.nis_window_mean, estimate.nis_upper_bound),
+        format!(
+            "Position error of free-inertial navigation since convergence, with compensation: {}",
+            describe(with)
+        ),
+        format!(
+            "                                                         without compensation: {}",
+            describe(without)
+        ),
+        format!(
+            "Mean NIS of the last window {:.2}, bound {:.2}",
+            estimate.nis_window_mean, estimate.nis_upper_bound
+        ),
         format!("Samples sent: {}", outcome.sent),
     ];
     for line in lines {
@@ -75,7 +84,11 @@ pub fn text(outcome: &Outcome, run: &Run<'_>) -> String {
         writeln!(text, "FAULT: {fault}").ok();
     }
     if outcome.is_good() {
-        writeln!(text, "GOOD: every estimate within {LIMIT_SIGMA} sigma of the truth, no sample lost").ok();
+        writeln!(
+            text,
+            "GOOD: every estimate within {LIMIT_SIGMA} sigma of the truth, no sample lost"
+        )
+        .ok();
     }
     text
 }
@@ -83,7 +96,15 @@ pub fn text(outcome: &Outcome, run: &Run<'_>) -> String {
 fn estimates(outcome: &Outcome) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
-    table.set_header(["quantity", "unit", "truth", "estimate", "error", "1 sigma", "error / sigma"]);
+    table.set_header([
+        "quantity",
+        "unit",
+        "truth",
+        "estimate",
+        "error",
+        "1 sigma",
+        "error / sigma",
+    ]);
     for row in &outcome.rows {
         let digits = if row.unit == "deg/h" { 5 } else { 2 };
         table.add_row([

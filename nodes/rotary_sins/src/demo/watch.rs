@@ -79,9 +79,10 @@ impl Seen {
 
     /// Whether all consumers have all samples and the calibration at the end of the scheme has come.
     pub fn is_complete(&self, samples: u64, duration_s: f64) -> bool {
-        let counted = CONSUMERS
-            .iter()
-            .all(|consumer| self.counts(consumer).is_some_and(|counts| counts.samples >= samples));
+        let counted = CONSUMERS.iter().all(|consumer| {
+            self.counts(consumer)
+                .is_some_and(|counts| counts.samples >= samples)
+        });
         let calibrated = self
             .calibration
             .as_ref()
@@ -97,7 +98,12 @@ impl Seen {
             height: truth.height_m,
         };
         let position = fix.position()?;
-        let offset = offset_m(&origin, position.latitude, position.longitude, position.height);
+        let offset = offset_m(
+            &origin,
+            position.latitude,
+            position.longitude,
+            position.height,
+        );
         Some(offset.x.hypot(offset.y))
     }
 }
@@ -130,35 +136,57 @@ impl Watch {
             seen: Arc::default(),
         };
         let status = Qos::latched(10);
-        watch.listen("scheme/status", status, |seen, message| seen.scheme = Some(message))?;
-        watch.listen("self_calibration/estimate", Qos::latched(1000), |seen, message| {
-            seen.estimate = Some(message);
+        watch.listen("scheme/status", status, |seen, message| {
+            seen.scheme = Some(message)
         })?;
+        watch.listen(
+            "self_calibration/estimate",
+            Qos::latched(1000),
+            |seen, message| {
+                seen.estimate = Some(message);
+            },
+        )?;
         watch.listen("self_calibration/calibration", status, |seen, message| {
             seen.calibration = Some(message);
         })?;
-        watch.listen("ground_truth/calibration", Qos::reliable(10), |seen, message| {
-            seen.truth = Some(message);
-        })?;
-        watch.listen("ground_truth/odometry", Qos::reliable(1000), |seen, message| {
-            if seen.truth_odometry.len() == KEPT_POSES {
-                seen.truth_odometry.pop_front();
-            }
-            seen.truth_odometry.push_back(message);
-        })?;
+        watch.listen(
+            "ground_truth/calibration",
+            Qos::reliable(10),
+            |seen, message| {
+                seen.truth = Some(message);
+            },
+        )?;
+        watch.listen(
+            "ground_truth/odometry",
+            Qos::reliable(1000),
+            |seen, message| {
+                if seen.truth_odometry.len() == KEPT_POSES {
+                    seen.truth_odometry.pop_front();
+                }
+                seen.truth_odometry.push_back(message);
+            },
+        )?;
         watch.listen("fix_ins", Qos::reliable(1000), |seen, fix: NavSatFix| {
             let distance = seen.position_error(&fix);
             follow(&mut seen.compensated, distance);
         })?;
-        watch.listen("uncompensated/fix_ins", Qos::reliable(1000), |seen, fix: NavSatFix| {
-            let distance = seen.position_error(&fix);
-            follow(&mut seen.uncompensated, distance);
-        })?;
-        watch.listen("/diagnostics", Qos::reliable(100), |seen, array: DiagnosticArray| {
-            for status in array.status {
-                seen.diagnostics.insert(status.name.clone(), status);
-            }
-        })?;
+        watch.listen(
+            "uncompensated/fix_ins",
+            Qos::reliable(1000),
+            |seen, fix: NavSatFix| {
+                let distance = seen.position_error(&fix);
+                follow(&mut seen.uncompensated, distance);
+            },
+        )?;
+        watch.listen(
+            "/diagnostics",
+            Qos::reliable(100),
+            |seen, array: DiagnosticArray| {
+                for status in array.status {
+                    seen.diagnostics.insert(status.name.clone(), status);
+                }
+            },
+        )?;
         Ok(watch)
     }
 
