@@ -124,7 +124,7 @@ impl std::fmt::Display for Warning {
         let path = self.path.display();
         match &self.what {
             Damage::CutShort { inside } => {
-                write!(f, "{path}: ends at byte {}, inside {inside}", self.offset)?
+                write!(f, "{path}: ends at byte {}, inside {inside}", self.offset)?;
             }
             Damage::ChunkSkipped { reason } => write!(
                 f,

@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use ros2_client::{Message, MessageTypeName, Name};
-use rustdds::Topic;
+use rustdds::{RTPSEntity, Topic};
 use rustdds::policy::{Durability, Reliability};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
