@@ -9,7 +9,8 @@ use serde::Serialize;
 use sins::self_calibration::{Estimate, Phase};
 
 use crate::{
-    Outcome, calibrate::Calibrator, filter_options::FilterOptions, output, sensor_input::SensorInput,
+    Outcome, calibrate::Calibrator, filter_options::FilterOptions, output,
+    sensor_input::SensorInput,
 };
 
 /// Options of `align`.
@@ -49,22 +50,30 @@ struct Alignment {
 /// Aligns on all samples up to the first turn of the table.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
-    let mut calibrator = Calibrator::new(options.filter.settings(options.input.turntable()?)?)?;
+    let mut calibrator = Calibrator::new(&options.filter.settings(options.input.turntable()?)?)?;
     let mut aligned: Option<Estimate> = None;
-    let mut notes = options.input.feed(&bag, "aligning", |sample: Sample, progress| {
-        if let Some(estimate) = calibrator.ingest(&sample)? {
-            if matches!(estimate.phase, Phase::Calibrating | Phase::Converged) {
-                progress.note(format!("the block turns at {} ns; aligned on what came before", estimate.stamp.nanos()));
-                return Ok(ControlFlow::Break(()));
+    let mut notes = options
+        .input
+        .feed(&bag, "aligning", |sample: Sample, progress| {
+            if let Some(estimate) = calibrator.ingest(&sample)? {
+                if matches!(estimate.phase, Phase::Calibrating | Phase::Converged) {
+                    progress.note(format!(
+                        "the block turns at {} ns; aligned on what came before",
+                        estimate.stamp.nanos()
+                    ));
+                    return Ok(ControlFlow::Break(()));
+                }
+                progress.message(line(&estimate));
+                aligned = Some(estimate);
             }
-            progress.message(line(&estimate));
-            aligned = Some(estimate);
-        }
-        Ok(ControlFlow::Continue(()))
-    })?;
+            Ok(ControlFlow::Continue(()))
+        })?;
     let estimate = match aligned {
         Some(estimate) => estimate,
-        None => calibrator.machine.finish().with_context(|| options.input.what_is_missing(&bag))?,
+        None => calibrator
+            .machine
+            .finish()
+            .with_context(|| options.input.what_is_missing(&bag))?,
     };
     let sigma = estimate.vehicle_sigma();
     let q = estimate.navigation.attitude;
@@ -93,7 +102,11 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     } else {
         output::text_line(&line(&estimate))?;
     }
-    Ok(if estimate.phase == Phase::Inconsistent { Outcome::Missed } else { Outcome::Reached })
+    Ok(if estimate.phase == Phase::Inconsistent {
+        Outcome::Missed
+    } else {
+        Outcome::Reached
+    })
 }
 
 fn line(estimate: &Estimate) -> String {

@@ -87,8 +87,11 @@ pub struct Calibrator {
 
 impl Calibrator {
     /// Waits for its first sample.
-    pub fn new(settings: Settings) -> Result<Self, sins::Error> {
-        Ok(Self { machine: SelfCalibration::new(settings)?, order: StampOrder::new(0.0) })
+    pub fn new(settings: &Settings) -> Result<Self, sins::Error> {
+        Ok(Self {
+            machine: SelfCalibration::new(*settings)?,
+            order: StampOrder::new(0.0),
+        })
     }
 
     /// Hands a sample to the machine. Positions that the receiver did not have are left aside.
@@ -104,7 +107,9 @@ impl Calibrator {
                 return self.machine.ingest_imu(imu);
             }
             Sample::Joints(joints) => self.order.push_joints(*joints),
-            Sample::Fix(fix) => fix.position.map_or(Ok(()), |position| self.machine.ingest_position(position))?,
+            Sample::Fix(fix) => fix
+                .position
+                .map_or(Ok(()), |position| self.machine.ingest_position(position))?,
             Sample::Velocity(stamp, velocity) => self.machine.ingest_velocity(*stamp, *velocity)?,
         }
         Ok(None)
@@ -116,18 +121,23 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut settings = options.filter.settings(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds();
-    let mut calibrator = Calibrator::new(settings)?;
+    let mut calibrator = Calibrator::new(&settings)?;
     let mut said = 0.0;
-    let notes = options.input.feed(&bag, "calibrating", |sample, progress| {
-        if let Some(estimate) = calibrator.ingest(&sample)?
-            && estimate.duration_s - said >= 60.0
-        {
-            said = estimate.duration_s;
-            progress.message(short(&estimate));
-        }
-        Ok(ControlFlow::Continue(()))
-    })?;
-    let estimate = calibrator.machine.finish().with_context(|| options.input.what_is_missing(&bag))?;
+    let notes = options
+        .input
+        .feed(&bag, "calibrating", |sample, progress| {
+            if let Some(estimate) = calibrator.ingest(&sample)?
+                && estimate.duration_s - said >= 60.0
+            {
+                said = estimate.duration_s;
+                progress.message(short(&estimate));
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+    let estimate = calibrator
+        .machine
+        .finish()
+        .with_context(|| options.input.what_is_missing(&bag))?;
     if let Some(path) = &options.output {
         calibration_file::write(path, &estimate, bag.path())?;
     }
@@ -136,11 +146,19 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     } else {
         output::text_line(&text(&estimate))?;
     }
-    Ok(if estimate.phase == Phase::Converged { Outcome::Reached } else { Outcome::Missed })
+    Ok(if estimate.phase == Phase::Converged {
+        Outcome::Reached
+    } else {
+        Outcome::Missed
+    })
 }
 
 fn report(estimate: &Estimate, notes: Notes) -> Report {
-    let (navigation, vehicle, sigma) = (&estimate.navigation, estimate.vehicle, estimate.vehicle_sigma());
+    let (navigation, vehicle, sigma) = (
+        &estimate.navigation,
+        estimate.vehicle,
+        estimate.vehicle_sigma(),
+    );
     let (counts, innovations) = (&estimate.samples.counts, &estimate.innovations);
     let q = navigation.attitude;
     Report {
@@ -193,8 +211,15 @@ fn short(estimate: &Estimate) -> String {
 
 fn text(estimate: &Estimate) -> String {
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(["", "estimate", "1 sigma", ""]);
-    let mut rows = |name: &str, unit: &str, scale: f64, value: Vector3<f64>, sigma: Vector3<f64>, digits: usize| {
+    table
+        .load_style(presets::NOTHING)
+        .set_header(["", "estimate", "1 sigma", ""]);
+    let mut rows = |name: &str,
+                    unit: &str,
+                    scale: f64,
+                    value: Vector3<f64>,
+                    sigma: Vector3<f64>,
+                    digits: usize| {
         for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
             table.add_row([
                 format!("{name} {label}"),
@@ -205,8 +230,22 @@ fn text(estimate: &Estimate) -> String {
         }
     };
     let (drift, bias) = (estimate.gyroscope_drift(), estimate.accelerometer_bias());
-    rows("gyroscope drift", "deg/h", DEG_PER_HOUR, drift, estimate.gyroscope_drift_sigma(), 5);
-    rows("accelerometer bias", "ug", MICRO_G, bias, estimate.accelerometer_bias_sigma(), 2);
+    rows(
+        "gyroscope drift",
+        "deg/h",
+        DEG_PER_HOUR,
+        drift,
+        estimate.gyroscope_drift_sigma(),
+        5,
+    );
+    rows(
+        "accelerometer bias",
+        "ug",
+        MICRO_G,
+        bias,
+        estimate.accelerometer_bias_sigma(),
+        2,
+    );
     let sigma = estimate.vehicle_sigma();
     for (name, value, sigma) in [
         ("heading", estimate.vehicle.heading, sigma.heading),

@@ -61,7 +61,13 @@ pub fn write(path: &Path, estimate: &Estimate, source: &Path) -> anyhow::Result<
 
 fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
     let errors = &calibration.errors;
-    let sigma = |start: usize| Vector3::from_fn(|i, _| calibration.covariance[(start + i, start + i)].max(0.0).sqrt());
+    let sigma = |start: usize| {
+        Vector3::from_fn(|i, _| {
+            calibration.covariance[(start + i, start + i)]
+                .max(0.0)
+                .sqrt()
+        })
+    };
     let q = calibration.attitude;
     let file = CalibrationFile {
         source: source.to_owned(),
@@ -85,7 +91,11 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
             latitude_rad: calibration.latitude,
             longitude_rad: calibration.longitude,
             state_names: STATE_NAMES.map(str::to_owned).to_vec(),
-            covariance: calibration.covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            covariance: calibration
+                .covariance
+                .row_iter()
+                .map(|row| row.iter().copied().collect())
+                .collect(),
         }),
     };
     Ok(serde_saphyr::to_string(&file)?)
@@ -96,7 +106,9 @@ pub fn read(path: &Path) -> anyhow::Result<Calibration> {
     let name = || path.display().to_string();
     let text = fs::read_to_string(path).with_context(name)?;
     let file: CalibrationFile = serde_saphyr::from_str(&text)
-        .map_err(|error| anyhow::anyhow!("{}", error.to_string().lines().next().unwrap_or_default()))
+        .map_err(|error| {
+            anyhow::anyhow!("{}", error.to_string().lines().next().unwrap_or_default())
+        })
         .with_context(name)?;
     calibration(file).with_context(name)
 }
@@ -133,10 +145,21 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         }
     }
     if let Some(si) = file.si {
-        agree("gyroscope_drift_deg_per_hour", drift, si.gyroscope_drift_rad_s.into())?;
-        agree("accelerometer_bias_ug", bias, si.accelerometer_bias_m_s2.into())?;
+        agree(
+            "gyroscope_drift_deg_per_hour",
+            drift,
+            si.gyroscope_drift_rad_s.into(),
+        )?;
+        agree(
+            "accelerometer_bias_ug",
+            bias,
+            si.accelerometer_bias_m_s2.into(),
+        )?;
         let place = |latitude, longitude| Vector3::new(latitude, longitude, 0.0);
-        let (degrees, radians) = (place(calibration.latitude, calibration.longitude), place(si.latitude_rad, si.longitude_rad));
+        let (degrees, radians) = (
+            place(calibration.latitude, calibration.longitude),
+            place(si.latitude_rad, si.longitude_rad),
+        );
         agree("latitude_deg, longitude_deg", degrees, radians)?;
         calibration.errors = SensorErrors {
             gyroscope_drift: si.gyroscope_drift_rad_s.into(),
@@ -147,7 +170,11 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         calibration.latitude = si.latitude_rad;
         calibration.longitude = si.longitude_rad;
         if si.state_names != STATE_NAMES {
-            bail!("si.state_names is {}, expected {}", si.state_names.join(", "), STATE_NAMES.join(", "));
+            bail!(
+                "si.state_names is {}, expected {}",
+                si.state_names.join(", "),
+                STATE_NAMES.join(", ")
+            );
         }
         ensure!(
             si.covariance.len() == STATES && si.covariance.iter().all(|row| row.len() == STATES),
@@ -160,7 +187,10 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
 
 fn agree(name: &str, field: Vector3<f64>, si: Vector3<f64>) -> anyhow::Result<()> {
     let differs = (field - si).norm() > SAME * si.norm().max(f64::MIN_POSITIVE);
-    ensure!(!differs, "{name} and its value in si differ (to set it by hand, take the section si out)");
+    ensure!(
+        !differs,
+        "{name} and its value in si differ (to set it by hand, take the section si out)"
+    );
     Ok(())
 }
 
@@ -200,28 +230,39 @@ mod tests {
     /// A value changed by hand beside the other of its pair is refused by its name.
     #[test]
     fn two_truths_are_refused() {
-        let mut file: CalibrationFile = serde_saphyr::from_str(&text(&example(), "x").unwrap()).unwrap();
+        let mut file: CalibrationFile =
+            serde_saphyr::from_str(&text(&example(), "x").unwrap()).unwrap();
         file.accelerometer_bias_ug[2] += 1.0;
-        assert!(calibration(file).unwrap_err().to_string().starts_with("accelerometer_bias_ug"));
+        assert!(
+            calibration(file)
+                .unwrap_err()
+                .to_string()
+                .starts_with("accelerometer_bias_ug")
+        );
     }
 
     /// Without the section `si` the field units count, and their sigmas are the covariance.
     #[test]
     fn written_by_hand() {
-        let mut file: CalibrationFile = serde_saphyr::from_str(&text(&example(), "x").unwrap()).unwrap();
+        let mut file: CalibrationFile =
+            serde_saphyr::from_str(&text(&example(), "x").unwrap()).unwrap();
         file.si = None;
         file.gyroscope_drift_deg_per_hour = [0.01; 3];
         file.gyroscope_drift_std_deg_per_hour = [0.001; 3];
         let calibration = calibration(file).unwrap();
         assert!((calibration.errors.gyroscope_drift.x - 0.01 * DEG_PER_HOUR).abs() < 1e-22);
-        assert!((calibration.covariance[(DRIFT, DRIFT)].sqrt() / DEG_PER_HOUR - 0.001).abs() < 1e-15);
+        assert!(
+            (calibration.covariance[(DRIFT, DRIFT)].sqrt() / DEG_PER_HOUR - 0.001).abs() < 1e-15
+        );
     }
 
     /// A key that means nothing is named.
     #[test]
     fn unknown_keys_are_refused() {
         let text = text(&example(), "x").unwrap() + "gyro_drift: 1\n";
-        let error = serde_saphyr::from_str::<CalibrationFile>(&text).unwrap_err().to_string();
+        let error = serde_saphyr::from_str::<CalibrationFile>(&text)
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("gyro_drift"), "{error}");
     }
 }

@@ -23,10 +23,18 @@ enum VelocityReference {
 #[command(next_help_heading = "Filter")]
 pub struct FilterOptions {
     /// White noise of the gyroscopes [deg/√h] (default: from the covariances of the messages)
-    #[arg(long, value_name = "DEG/√h", requires = "velocity_random_walk_ug_per_sqrt_hz")]
+    #[arg(
+        long,
+        value_name = "DEG/√h",
+        requires = "velocity_random_walk_ug_per_sqrt_hz"
+    )]
     angle_random_walk_deg_per_sqrt_hour: Option<f64>,
     /// White noise of the accelerometers [ug/√Hz] (default: from the covariances of the messages)
-    #[arg(long, value_name = "ug/√Hz", requires = "angle_random_walk_deg_per_sqrt_hour")]
+    #[arg(
+        long,
+        value_name = "ug/√Hz",
+        requires = "angle_random_walk_deg_per_sqrt_hour"
+    )]
     velocity_random_walk_ug_per_sqrt_hz: Option<f64>,
     /// Initial 1 sigma of the position, each axis
     #[arg(long, value_name = "M", default_value_t = 10.0)]
@@ -66,7 +74,9 @@ pub struct FilterOptions {
 impl FilterOptions {
     /// The settings they amount to.
     pub fn settings(&self, turntable: Turntable) -> anyhow::Result<Settings> {
-        let noise = self.angle_random_walk_deg_per_sqrt_hour.zip(self.velocity_random_walk_ug_per_sqrt_hz);
+        let noise = self
+            .angle_random_walk_deg_per_sqrt_hour
+            .zip(self.velocity_random_walk_ug_per_sqrt_hz);
         let mut settings = Settings {
             turntable,
             noise: noise.map(|(gyroscope, accelerometer)| NoiseDensity {
@@ -74,8 +84,12 @@ impl FilterOptions {
                 accelerometer: Vector3::repeat(accelerometer * MICRO_G),
             }),
             reference: match self.velocity_reference {
-                VelocityReference::Moored => Reference::Moored { sigma_m_s: self.moored_sigma_m_s },
-                VelocityReference::Measured => Reference::Measured { patience_s: self.velocity_patience_s },
+                VelocityReference::Moored => Reference::Moored {
+                    sigma_m_s: self.moored_sigma_m_s,
+                },
+                VelocityReference::Measured => Reference::Measured {
+                    patience_s: self.velocity_patience_s,
+                },
             },
             step_s: self.update_interval_s,
             coarse_alignment_s: self.coarse_alignment_s,
@@ -85,8 +99,10 @@ impl FilterOptions {
         };
         settings.prior.position_m = self.prior_position_m;
         settings.prior.velocity_m_s = self.prior_velocity_m_s;
-        settings.prior.accelerometer_bias_m_s2 = Vector3::repeat(self.prior_accelerometer_bias_ug * MICRO_G);
-        settings.prior.gyroscope_drift_rad_s = Vector3::repeat(self.prior_gyroscope_drift_deg_per_hour * DEG_PER_HOUR);
+        settings.prior.accelerometer_bias_m_s2 =
+            Vector3::repeat(self.prior_accelerometer_bias_ug * MICRO_G);
+        settings.prior.gyroscope_drift_rad_s =
+            Vector3::repeat(self.prior_gyroscope_drift_deg_per_hour * DEG_PER_HOUR);
         settings.check()?;
         Ok(settings)
     }

@@ -71,7 +71,8 @@ impl Span {
     }
 
     fn rate_hz(&self) -> Option<f64> {
-        (self.last > self.first).then(|| (self.count - 1) as f64 / ((self.last - self.first) as f64 * 1e-9))
+        (self.last > self.first)
+            .then(|| (self.count - 1) as f64 / ((self.last - self.first) as f64 * 1e-9))
     }
 }
 
@@ -85,7 +86,11 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         spans[message.topic].take(message.log_time);
         all.take(message.log_time);
     }
-    let warnings = bag.warnings().iter().chain(messages.warnings()).map(ToString::to_string);
+    let warnings = bag
+        .warnings()
+        .iter()
+        .chain(messages.warnings())
+        .map(ToString::to_string);
     let (profile, library) = bag.written_by();
     let info = Info {
         path: bag.path().to_owned(),
@@ -97,7 +102,11 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             .compression()
             .into_iter()
             .map(|(name, (packed_bytes, unpacked_bytes))| Packing {
-                name: if name.is_empty() { "none".to_owned() } else { name },
+                name: if name.is_empty() {
+                    "none".to_owned()
+                } else {
+                    name
+                },
                 packed_bytes,
                 unpacked_bytes,
             })
@@ -131,35 +140,54 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
 }
 
 fn text(info: &Info) -> String {
-    let mut text = format!(
+    let mut lines = vec![format!(
         "{}  {:.1} MB, {} messages, {:.3} s",
         info.path.display(),
         info.size_bytes as f64 * 1e-6,
         info.messages,
         info.duration_s
-    );
+    )];
     if let (Some(start), Some(end)) = (info.start_ns, info.end_ns) {
-        text += &format!(" (from {} to {})", output::seconds(start), output::seconds(end));
+        lines.push(format!(
+            "from {} to {}",
+            output::seconds(start),
+            output::seconds(end)
+        ));
     }
     for packing in &info.compression {
-        text += &format!(
-            "\nchunks {}: {:.1} MB packed, {:.1} MB unpacked",
+        lines.push(format!(
+            "chunks {}: {:.1} MB packed, {:.1} MB unpacked",
             packing.name,
             packing.packed_bytes as f64 * 1e-6,
             packing.unpacked_bytes as f64 * 1e-6
-        );
+        ));
     }
-    text += &format!("\nwritten by {} (profile {})\n", info.library, info.profile);
+    lines.push(format!(
+        "written by {} (profile {})",
+        info.library, info.profile
+    ));
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(["topic", "type", "messages", "Hz", "offered"]);
+    table
+        .load_style(presets::NOTHING)
+        .set_header(["topic", "type", "messages", "Hz", "offered"]);
     for topic in &info.topics {
-        let reliability = if topic.reliable { "reliable" } else { "best effort" };
-        let durability = if topic.transient_local { ", transient local" } else { "" };
+        let reliability = if topic.reliable {
+            "reliable"
+        } else {
+            "best effort"
+        };
+        let durability = if topic.transient_local {
+            ", transient local"
+        } else {
+            ""
+        };
         table.add_row([
             topic.name.clone(),
             topic.type_name.clone(),
             topic.messages.to_string(),
-            topic.rate_hz.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.3}")),
+            topic
+                .rate_hz
+                .map_or_else(|| "-".to_owned(), |rate| format!("{rate:.3}")),
             format!("{reliability}{durability}"),
         ]);
     }
@@ -168,5 +196,6 @@ fn text(info: &Info) -> String {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    text + &table.to_string()
+    lines.push(table.to_string());
+    lines.join("\n")
 }

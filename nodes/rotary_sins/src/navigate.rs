@@ -14,7 +14,9 @@ use sins::{
     units::NAUTICAL_MILE_M,
 };
 
-use crate::{Outcome, calibration_file, filter_options::FilterOptions, output, sensor_input::SensorInput};
+use crate::{
+    Outcome, calibration_file, filter_options::FilterOptions, output, sensor_input::SensorInput,
+};
 
 /// Options of `navigate`.
 #[derive(Args)]
@@ -100,13 +102,18 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             Sample::Joints(joints) => navigator.ingest_joints(joints)?,
             Sample::Velocity(..) => {}
             Sample::Fix(fix) => {
-                let Some(position) = fix.position else { return Ok(ControlFlow::Continue(())) };
+                let Some(position) = fix.position else {
+                    return Ok(ControlFlow::Continue(()));
+                };
                 navigator.ingest_position(position)?;
                 if let Some(output) = &last {
                     with.take(&output.compensated.navigation, &position);
                     without.take(&output.uncompensated.navigation, &position);
                     fixes += 1;
-                    progress.message(format!("{:.3} nmi, uncompensated {:.3} nmi", with.last, without.last));
+                    progress.message(format!(
+                        "{:.3} nmi, uncompensated {:.3} nmi",
+                        with.last, without.last
+                    ));
                 }
             }
         }
@@ -120,10 +127,17 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             options.alignment_s
         );
     };
-    ensure!(fixes > 0, "{}: no position to hold the navigation against after its start", bag.path().display());
+    ensure!(
+        fixes > 0,
+        "{}: no position to hold the navigation against after its start",
+        bag.path().display()
+    );
     let counts = navigator.stream().counts();
     let covariance = &last.compensated.covariance;
-    let earth = LocalEarth::at(last.compensated.navigation.latitude, last.compensated.navigation.height);
+    let earth = LocalEarth::at(
+        last.compensated.navigation.latitude,
+        last.compensated.navigation.height,
+    );
     let north = covariance[(0, 0)] * earth.meridian_radius_m.powi(2);
     let east = covariance[(1, 1)] * (earth.transverse_radius_m * earth.cos_latitude).powi(2);
     let report = Report {
@@ -145,7 +159,9 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     } else {
         output::text_line(&format!(
             "position error at most {:.3} nmi in {:.0} s ({:.3} nmi without compensation)",
-            report.max_position_error_nmi, report.navigation_s, report.max_position_error_uncompensated_nmi
+            report.max_position_error_nmi,
+            report.navigation_s,
+            report.max_position_error_uncompensated_nmi
         ))?;
     }
     Ok(Outcome::Reached)

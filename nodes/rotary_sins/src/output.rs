@@ -7,7 +7,8 @@ use serde::Serialize;
 
 /// Writes one JSON object and ends the line. A reader that has gone away is no error.
 pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
-    let text = serde_json::to_string_pretty(value).context("the result cannot be written as JSON")?;
+    let text =
+        serde_json::to_string_pretty(value).context("the result cannot be written as JSON")?;
     text_line(&text)
 }
 

@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use bags::{Bag, Selection};
 use clap::Args;
 use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
@@ -68,7 +68,9 @@ impl FromStr for WaitFor {
             Some((topic, count)) => (Some(topic.to_owned()), count),
             None => (None, text),
         };
-        let count = count.parse().map_err(|_| "expected N or TOPIC:N".to_owned())?;
+        let count = count
+            .parse()
+            .map_err(|_| "expected N or TOPIC:N".to_owned())?;
         Ok(Self { topic, count })
     }
 }
@@ -106,7 +108,10 @@ pub struct Options {
 
 /// Plays until the end of the bag. `ros_arguments` are those behind `--ros-args`, with it.
 pub fn run(options: Options, ros_arguments: Vec<String>) -> anyhow::Result<ExitCode> {
-    for (name, value) in [("--start-offset", options.start_offset), ("--duration", options.duration)] {
+    for (name, value) in [
+        ("--start-offset", options.start_offset),
+        ("--duration", options.duration),
+    ] {
         ensure!(
             value.is_none_or(|value| value.is_finite() && value >= 0.0),
             "{name} is {}, expected a number of seconds that is not negative",
@@ -121,13 +126,17 @@ pub fn run(options: Options, ros_arguments: Vec<String>) -> anyhow::Result<ExitC
     let bag = Bag::open(&options.bag)?;
     bag.warnings().iter().for_each(output::note);
     let builder = NodeBuilder::new("rotary_sins_player").about("plays a bag");
-    Ok(ros_node::run_with(ros_arguments, builder, |node| async move {
-        // The end of the process is asked for at any time and waits for nothing here.
-        tokio::select! {
-            result = play(&node, &bag, &options) => result,
-            () = node.shutdown() => Ok(()),
-        }
-    }))
+    Ok(ros_node::run_with(
+        ros_arguments,
+        builder,
+        |node| async move {
+            // The end of the process is asked for at any time and waits for nothing here.
+            tokio::select! {
+                result = play(&node, &bag, &options) => result,
+                () = node.shutdown() => Ok(()),
+            }
+        },
+    ))
 }
 
 struct Player<'b> {
@@ -151,23 +160,51 @@ async fn play(node: &Node, bag: &Bag, options: &Options) -> anyhow::Result<()> {
         }
     }
     tokio::time::sleep(AFTERWARDS).await;
-    let sent: u64 = player.publishers.iter().flatten().map(|publisher| publisher.statistics().published()).sum();
-    let dropped: u64 = player.publishers.iter().flatten().map(|publisher| publisher.statistics().dropped()).sum();
+    let sent: u64 = player
+        .publishers
+        .iter()
+        .flatten()
+        .map(|publisher| publisher.statistics().published())
+        .sum();
+    let dropped: u64 = player
+        .publishers
+        .iter()
+        .flatten()
+        .map(|publisher| publisher.statistics().dropped())
+        .sum();
     output::note(format!("{}: {sent} messages sent", bag.path().display()));
     if player.unplayable > 0 {
-        output::note(format!("{} messages are no little-endian CDR and were left out", player.unplayable));
+        output::note(format!(
+            "{} messages are no little-endian CDR and were left out",
+            player.unplayable
+        ));
     }
-    ensure!(dropped == 0, "{dropped} messages were dropped, because a subscriber did not take them");
+    ensure!(
+        dropped == 0,
+        "{dropped} messages were dropped, because a subscriber did not take them"
+    );
     Ok(())
 }
 
 /// Which topics and times.
 fn selection(bag: &Bag, options: &Options) -> anyhow::Result<Selection> {
-    let has = || bag.topics().iter().map(|topic| topic.name.as_str()).collect::<Vec<_>>().join(", ");
+    let has = || {
+        bag.topics()
+            .iter()
+            .map(|topic| topic.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let mut topics = Vec::new();
     for name in &options.topics {
         let found = bag.topic(name);
-        topics.push(found.with_context(|| format!("{}: no topic {name}; the bag has {}", bag.path().display(), has()))?);
+        topics.push(found.with_context(|| {
+            format!(
+                "{}: no topic {name}; the bag has {}",
+                bag.path().display(),
+                has()
+            )
+        })?);
     }
     if topics.is_empty() {
         topics = (0..bag.topics().len()).collect();
@@ -175,13 +212,27 @@ fn selection(bag: &Bag, options: &Options) -> anyhow::Result<Selection> {
     if !options.no_clock {
         topics.retain(|&at| bag.topics()[at].name != "/clock");
     }
-    ensure!(!topics.is_empty(), "{}: there is no topic to play", bag.path().display());
+    ensure!(
+        !topics.is_empty(),
+        "{}: there is no topic to play",
+        bag.path().display()
+    );
     Ok(Selection::topics(topics).window(bag, options.start_offset, options.duration))
 }
 
 impl<'b> Player<'b> {
-    fn new(node: &Node, bag: &'b Bag, selection: &Selection, options: &Options) -> anyhow::Result<Self> {
-        let wanted = |at: usize| selection.topics.as_ref().is_none_or(|topics| topics.contains(&at));
+    fn new(
+        node: &Node,
+        bag: &'b Bag,
+        selection: &Selection,
+        options: &Options,
+    ) -> anyhow::Result<Self> {
+        let wanted = |at: usize| {
+            selection
+                .topics
+                .as_ref()
+                .is_none_or(|topics| topics.contains(&at))
+        };
         let mut publishers = Vec::new();
         for (at, topic) in bag.topics().iter().enumerate() {
             if !wanted(at) {
@@ -189,22 +240,42 @@ impl<'b> Player<'b> {
                 continue;
             }
             // Reliable serves best-effort subscribers too, and loses nothing at a high rate.
-            let is_latched = !topic.qos.is_empty() && topic.qos.iter().all(|qos| qos.transient_local);
+            let is_latched =
+                !topic.qos.is_empty() && topic.qos.iter().all(|qos| qos.transient_local);
             let qos = if is_latched {
                 let depth = topic.qos.iter().map(|qos| qos.depth).max().unwrap_or(1);
-                Qos::latched(if depth == 0 { SENSOR_DEPTH } else { depth as usize })
+                Qos::latched(if depth == 0 {
+                    SENSOR_DEPTH
+                } else {
+                    depth as usize
+                })
             } else {
                 Qos::reliable(SENSOR_DEPTH)
             };
-            publishers.push(Some(node.raw_publisher(&topic.name, &topic.type_name, qos)?));
+            publishers.push(Some(node.raw_publisher(
+                &topic.name,
+                &topic.type_name,
+                qos,
+            )?));
         }
-        let clock = if options.no_clock { None } else { Some(node.publisher("/clock", Qos::reliable(10))?) };
-        Ok(Self { bag, publishers, clock, last_clock: None, unplayable: 0 })
+        let clock = if options.no_clock {
+            None
+        } else {
+            Some(node.publisher("/clock", Qos::reliable(10))?)
+        };
+        Ok(Self {
+            bag,
+            publishers,
+            clock,
+            last_clock: None,
+            unplayable: 0,
+        })
     }
 
     /// Waits for subscribers, so that the first messages are not lost.
     async fn wait(&self, options: &Options) -> anyhow::Result<()> {
-        let timeout = Duration::try_from_secs_f64(options.wait_timeout).context("--wait-timeout")?;
+        let timeout =
+            Duration::try_from_secs_f64(options.wait_timeout).context("--wait-timeout")?;
         for wait in &options.wait_for {
             let most = (0..self.bag.topics().len()).filter(|&at| self.publishers[at].is_some());
             let at = match &wait.topic {
@@ -213,7 +284,10 @@ impl<'b> Player<'b> {
             };
             let publisher = at.and_then(|at| self.publishers[at].as_ref());
             let publisher = publisher.with_context(|| {
-                format!("--wait-for: topic {} is not played", wait.topic.as_deref().unwrap_or_default())
+                format!(
+                    "--wait-for: topic {} is not played",
+                    wait.topic.as_deref().unwrap_or_default()
+                )
             })?;
             ensure!(
                 publisher.wait_for_subscribers(wait.count, timeout).await,
@@ -231,7 +305,13 @@ impl<'b> Player<'b> {
     }
 
     async fn wait_for_quiet(&self) {
-        let subscribers = || self.publishers.iter().flatten().map(Publisher::subscriber_count).sum::<usize>();
+        let subscribers = || {
+            self.publishers
+                .iter()
+                .flatten()
+                .map(Publisher::subscriber_count)
+                .sum::<usize>()
+        };
         let begin = Instant::now();
         let (mut count, mut since) = (0, begin);
         loop {
@@ -252,14 +332,19 @@ impl<'b> Player<'b> {
 
     /// Plays the selection from its beginning to its end.
     async fn once(&mut self, selection: &Selection, options: &Options) -> anyhow::Result<()> {
-        let length = self.bag.time_range().map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
-        let length = (length - options.start_offset.unwrap_or(0.0)).min(options.duration.unwrap_or(f64::INFINITY));
+        let length = self
+            .bag
+            .time_range()
+            .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
+        let length = (length - options.start_offset.unwrap_or(0.0))
+            .min(options.duration.unwrap_or(f64::INFINITY));
         let progress = Progress::new("playing", length);
         self.send_latched(selection).await;
         let mut messages = self.bag.messages(selection);
         let mut beginning: Option<(u64, Instant)> = None;
         while let Some(message) = messages.next() {
-            let (first, begun) = *beginning.get_or_insert_with(|| (message.log_time, Instant::now()));
+            let (first, begun) =
+                *beginning.get_or_insert_with(|| (message.log_time, Instant::now()));
             let elapsed = message.log_time.saturating_sub(first);
             if let Rate::Times(rate) = options.rate {
                 let due = begun + Duration::from_secs_f64(elapsed as f64 * 1e-9 / rate);
@@ -269,16 +354,31 @@ impl<'b> Player<'b> {
             self.send(message.topic, message.data).await;
             progress.set(elapsed as f64 * 1e-9);
         }
-        messages.warnings().iter().for_each(|warning| progress.note(warning));
+        messages
+            .warnings()
+            .iter()
+            .for_each(|warning| progress.note(warning));
         Ok(())
     }
 
     /// Of transient local topics, the last message before the selection: what a late subscriber would have got.
     async fn send_latched(&mut self, selection: &Selection) {
         let Some(start) = selection.start else { return };
-        let is_latched = |&at: &usize| self.publishers[at].is_some() && self.bag.topics()[at].qos.iter().any(|qos| qos.transient_local);
-        for at in (0..self.publishers.len()).filter(is_latched).collect::<Vec<_>>() {
-            let mut messages = self.bag.messages(&Selection { end: Some(start), ..Selection::topics([at]) });
+        let is_latched = |&at: &usize| {
+            self.publishers[at].is_some()
+                && self.bag.topics()[at]
+                    .qos
+                    .iter()
+                    .any(|qos| qos.transient_local)
+        };
+        for at in (0..self.publishers.len())
+            .filter(is_latched)
+            .collect::<Vec<_>>()
+        {
+            let mut messages = self.bag.messages(&Selection {
+                end: Some(start),
+                ..Selection::topics([at])
+            });
             let mut last = None;
             while let Some(message) = messages.next() {
                 last = Some(message.data.to_vec());
@@ -290,11 +390,15 @@ impl<'b> Player<'b> {
     }
 
     async fn send(&mut self, topic: usize, data: &[u8]) {
-        let Some(publisher) = &self.publishers[topic] else { return };
+        let Some(publisher) = &self.publishers[topic] else {
+            return;
+        };
         match data {
             [0, 1, _, _, payload @ ..] => {
                 // What has no room in the end is counted by the publisher, and is an error when all is played.
-                publisher.publish_within(Payload(payload.to_vec()), PATIENCE).await;
+                publisher
+                    .publish_within(Payload(payload.to_vec()), PATIENCE)
+                    .await;
             }
             _ => self.unplayable += 1,
         }
@@ -308,7 +412,9 @@ impl<'b> Player<'b> {
             step >= CLOCK_STRIDE || (step >= CLOCK_STEP && at.elapsed() >= CLOCK_PAUSE)
         });
         if is_due && let Ok(nanos) = i64::try_from(now) {
-            clock.publish(Clock { clock: Stamp::from_nanos(nanos).into() });
+            clock.publish(Clock {
+                clock: Stamp::from_nanos(nanos).into(),
+            });
             self.last_clock = Some((now, Instant::now()));
         }
     }
@@ -324,14 +430,30 @@ mod tests {
         assert_eq!("2.5".parse(), Ok(Rate::Times(2.5)));
         assert_eq!("0".parse(), Ok(Rate::Most));
         assert_eq!("max".parse(), Ok(Rate::Most));
-        assert!("-1".parse::<Rate>().is_err() && "inf".parse::<Rate>().is_err() && "x".parse::<Rate>().is_err());
+        assert!(
+            "-1".parse::<Rate>().is_err()
+                && "inf".parse::<Rate>().is_err()
+                && "x".parse::<Rate>().is_err()
+        );
     }
 
     /// A number alone is about the busiest topic.
     #[test]
     fn waits() {
-        assert_eq!("3".parse(), Ok(WaitFor { topic: None, count: 3 }));
-        assert_eq!("/imu:2".parse(), Ok(WaitFor { topic: Some("/imu".into()), count: 2 }));
+        assert_eq!(
+            "3".parse(),
+            Ok(WaitFor {
+                topic: None,
+                count: 3
+            })
+        );
+        assert_eq!(
+            "/imu:2".parse(),
+            Ok(WaitFor {
+                topic: Some("/imu".into()),
+                count: 2
+            })
+        );
         assert!("imu".parse::<WaitFor>().is_err());
     }
 }

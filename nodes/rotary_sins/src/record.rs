@@ -53,7 +53,10 @@ struct Batch {
 
 /// What goes to the thread that writes.
 enum Order {
-    Topic(NewTopic, tokio::sync::oneshot::Sender<Result<TopicId, bags::Error>>),
+    Topic(
+        NewTopic,
+        tokio::sync::oneshot::Sender<Result<TopicId, bags::Error>>,
+    ),
     Write(Batch),
 }
 
@@ -77,16 +80,31 @@ pub fn run(options: Options, ros_arguments: Vec<String>) -> ExitCode {
 }
 
 async fn record(node: Node, options: Options) -> anyhow::Result<()> {
-    if options.duration.is_some_and(|seconds| !(seconds > 0.0 && seconds < 1e9)) {
-        bail!("--duration is {:?}, expected a positive number of seconds", options.duration.unwrap_or_default());
+    if options
+        .duration
+        .is_some_and(|seconds| !(seconds > 0.0 && seconds < 1e9))
+    {
+        bail!(
+            "--duration is {:?}, expected a positive number of seconds",
+            options.duration.unwrap_or_default()
+        );
     }
     let wanted = Wanted::new(&node, &options)?;
-    let write_options = WriteOptions { compression: options.compression.into(), ..WriteOptions::default() };
+    let write_options = WriteOptions {
+        compression: options.compression.into(),
+        ..WriteOptions::default()
+    };
     let bag = BagWriter::create(&options.output, write_options)?;
     node.set_ready();
     let (orders, queue) = mpsc::channel(QUEUE);
     let writer = tokio::task::spawn_blocking(move || write(bag, queue));
-    let mut recorder = Recorder { node: node.clone(), orders, wanted, tasks: JoinSet::new(), seen: BTreeMap::new() };
+    let mut recorder = Recorder {
+        node: node.clone(),
+        orders,
+        wanted,
+        tasks: JoinSet::new(),
+        seen: BTreeMap::new(),
+    };
     let ended = async {
         match options.duration {
             Some(seconds) => tokio::time::sleep(Duration::from_secs_f64(seconds)).await,
@@ -98,7 +116,13 @@ async fn record(node: Node, options: Options) -> anyhow::Result<()> {
         () = node.shutdown() => {}
         () = ended => node.request_shutdown(),
     }
-    let Recorder { orders, tasks, wanted, seen, .. } = recorder;
+    let Recorder {
+        orders,
+        tasks,
+        wanted,
+        seen,
+        ..
+    } = recorder;
     drop(orders);
     let losses: Vec<(String, u64)> = tasks.join_all().await;
     let summary = writer.await.context("the writer of the bag broke down")??;
@@ -115,8 +139,16 @@ struct Wanted {
 
 impl Wanted {
     fn new(node: &Node, options: &Options) -> anyhow::Result<Self> {
-        let resolve = |names: &[String]| names.iter().map(|name| Ok(node.resolve_topic(name)?)).collect::<anyhow::Result<_>>();
-        Ok(Self { topics: resolve(&options.topics)?, excluded: resolve(&options.exclude)? })
+        let resolve = |names: &[String]| {
+            names
+                .iter()
+                .map(|name| Ok(node.resolve_topic(name)?))
+                .collect::<anyhow::Result<_>>()
+        };
+        Ok(Self {
+            topics: resolve(&options.topics)?,
+            excluded: resolve(&options.exclude)?,
+        })
     }
 
     fn has(&self, topic: &str) -> bool {
@@ -148,7 +180,12 @@ impl Recorder {
     }
 
     async fn subscribe(&mut self, publisher: &DiscoveredPublisher) -> anyhow::Result<()> {
-        let DiscoveredPublisher { topic, type_name, reliable, transient_local } = publisher;
+        let DiscoveredPublisher {
+            topic,
+            type_name,
+            reliable,
+            transient_local,
+        } = publisher;
         match self.seen.get(topic) {
             Some(first) if first == type_name => return Ok(()),
             Some(first) => {
@@ -157,7 +194,10 @@ impl Recorder {
             }
             None => self.seen.insert(topic.clone(), type_name.clone()),
         };
-        let qos = Qos { transient_local: *transient_local, ..Qos::reliable(SENSOR_DEPTH) };
+        let qos = Qos {
+            transient_local: *transient_local,
+            ..Qos::reliable(SENSOR_DEPTH)
+        };
         let subscription = self.node.raw_subscription(topic, type_name, qos)?;
         let offered = bags::Qos {
             depth: if *transient_local { 10 } else { 1000 },
@@ -166,13 +206,30 @@ impl Recorder {
         };
         let new_topic = NewTopic::named(topic, type_name, vec![offered]);
         let (reply, answer) = tokio::sync::oneshot::channel();
-        if self.orders.send(Order::Topic(new_topic, reply)).await.is_err() {
+        if self
+            .orders
+            .send(Order::Topic(new_topic, reply))
+            .await
+            .is_err()
+        {
             bail!("the bag cannot be written any more");
         }
-        let id = answer.await.context("the bag cannot be written any more")??;
-        let log_time = if self.node.clock().is_simulated() && begins_with_stamp(type_name) { LogTime::Stamp } else { LogTime::Clock };
+        let id = answer
+            .await
+            .context("the bag cannot be written any more")??;
+        let log_time = if self.node.clock().is_simulated() && begins_with_stamp(type_name) {
+            LogTime::Stamp
+        } else {
+            LogTime::Clock
+        };
         tracing::info!("recording {topic} ({type_name})");
-        self.tasks.spawn(receive(self.node.clone(), subscription, id, log_time, self.orders.clone()));
+        self.tasks.spawn(receive(
+            self.node.clone(),
+            subscription,
+            id,
+            log_time,
+            self.orders.clone(),
+        ));
         Ok(())
     }
 }
@@ -180,8 +237,13 @@ impl Recorder {
 /// Whether the first eight bytes of a message are its stamp.
 fn begins_with_stamp(type_name: &str) -> bool {
     known_type(type_name).is_some_and(|known| {
-        let first = known.definition.lines().find(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
-        first.is_some_and(|field| field.starts_with("std_msgs/Header ") || field.starts_with("builtin_interfaces/Time "))
+        let first = known
+            .definition
+            .lines()
+            .find(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
+        first.is_some_and(|field| {
+            field.starts_with("std_msgs/Header ") || field.starts_with("builtin_interfaces/Time ")
+        })
     })
 }
 
@@ -194,26 +256,50 @@ async fn receive(
     orders: mpsc::Sender<Order>,
 ) -> (String, u64) {
     let time_of = |payload: &Payload| {
-        let stamp = payload.0.first_chunk::<8>().filter(|_| log_time == LogTime::Stamp);
+        let stamp = payload
+            .0
+            .first_chunk::<8>()
+            .filter(|_| log_time == LogTime::Stamp);
         stamp.map_or_else(
             || u64::try_from(node.now_nanos()).unwrap_or(0),
             |bytes| {
                 let [a, b, c, d, e, f, g, h] = *bytes;
-                let (sec, nanosec) = (i32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
+                let (sec, nanosec) = (
+                    i32::from_le_bytes([a, b, c, d]),
+                    u32::from_le_bytes([e, f, g, h]),
+                );
                 u64::try_from(sec).unwrap_or(0) * 1_000_000_000 + u64::from(nanosec)
             },
         )
     };
+    if log_time == LogTime::Clock {
+        // Without a time there is nothing to file a message under; the reader keeps it until then.
+        tokio::select! {
+            () = node.clock().wait_until_known() => {}
+            () = node.shutdown() => {}
+        }
+    }
     loop {
         let (payloads, is_last) = tokio::select! {
             biased;
             payloads = subscription.recv_batch(BATCH) => (payloads, false),
             () = node.shutdown() => (Vec::new(), true),
         };
-        let messages = payloads.into_iter().map(|payload| (time_of(&payload), payload)).collect();
+        let messages = payloads
+            .into_iter()
+            .map(|payload| (time_of(&payload), payload))
+            .collect();
         // Where the writer has gone, `follow` or the end of the recording says why.
-        if is_last || orders.send(Order::Write(Batch { topic, messages })).await.is_err() {
-            return (subscription.topic().to_owned(), subscription.statistics().lost());
+        if is_last
+            || orders
+                .send(Order::Write(Batch { topic, messages }))
+                .await
+                .is_err()
+        {
+            return (
+                subscription.topic().to_owned(),
+                subscription.statistics().lost(),
+            );
         }
     }
 }
@@ -240,16 +326,27 @@ fn write(mut bag: BagWriter, mut queue: mpsc::Receiver<Order>) -> Result<BagSumm
     bag.finish()
 }
 
-fn report(summary: &BagSummary, losses: &[(String, u64)], wanted: &Wanted, seen: &BTreeMap<String, String>) {
+fn report(
+    summary: &BagSummary,
+    losses: &[(String, u64)],
+    wanted: &Wanted,
+    seen: &BTreeMap<String, String>,
+) {
     let total: u64 = summary.counts.iter().map(|(_, count)| count).sum();
     output::note(format!("{}: {total} messages", summary.path.display()));
     for (topic, count) in &summary.counts {
         output::note(format!("  {topic}: {count}"));
     }
     for (topic, lost) in losses.iter().filter(|(_, lost)| *lost > 0) {
-        output::note(format!("{topic}: {lost} messages were lost on the way to the recorder"));
+        output::note(format!(
+            "{topic}: {lost} messages were lost on the way to the recorder"
+        ));
     }
-    for topic in wanted.topics.iter().filter(|topic| !seen.contains_key(*topic)) {
+    for topic in wanted
+        .topics
+        .iter()
+        .filter(|topic| !seen.contains_key(*topic))
+    {
         output::note(format!("{topic}: nobody published it"));
     }
 }

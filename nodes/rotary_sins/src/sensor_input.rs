@@ -34,13 +34,29 @@ pub struct SensorInput {
     #[arg(long, value_name = "TOPIC")]
     fix_topic: Option<String>,
     /// Latitude, instead of the bag's
-    #[arg(long, value_name = "DEG", requires = "longitude_deg", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        requires = "longitude_deg",
+        allow_negative_numbers = true
+    )]
     latitude_deg: Option<f64>,
     /// Longitude, instead of the bag's
-    #[arg(long, value_name = "DEG", requires = "latitude_deg", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        requires = "latitude_deg",
+        allow_negative_numbers = true
+    )]
     longitude_deg: Option<f64>,
     /// Height above the ellipsoid, with --latitude-deg and --longitude-deg
-    #[arg(long, value_name = "M", requires = "latitude_deg", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "M",
+        requires = "latitude_deg",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     height_m: f64,
     /// Axis of the block that the outer joint turns about
     #[arg(long, value_name = "x|y|z", default_value = "x")]
@@ -62,8 +78,7 @@ pub struct Notes {
 
 impl Notes {
     /// A line for the person at the screen and for the result.
-    fn say(&mut self, progress: &Progress, line: impl ToString) {
-        let line = line.to_string();
+    fn say(&mut self, progress: &Progress, line: String) {
         progress.note(&line);
         self.lines.push(line);
     }
@@ -81,7 +96,7 @@ impl Notes {
     fn undecodable(&mut self, progress: &Progress, error: &bags::Error) {
         self.undecodable_messages += 1;
         if self.undecodable_messages == 1 {
-            self.say(progress, error);
+            self.say(progress, error.to_string());
         }
     }
 }
@@ -94,9 +109,15 @@ impl SensorInput {
 
     /// Opens the bag and says what of it cannot be read.
     pub fn open(&self) -> anyhow::Result<Bag> {
-        for (name, value) in [("--start-offset", self.start_offset), ("--duration", self.duration)] {
+        for (name, value) in [
+            ("--start-offset", self.start_offset),
+            ("--duration", self.duration),
+        ] {
             if value.is_some_and(|value| !value.is_finite() || value < 0.0) {
-                bail!("{name} is {}, expected a number of seconds that is not negative", value.unwrap_or_default());
+                bail!(
+                    "{name} is {}, expected a number of seconds that is not negative",
+                    value.unwrap_or_default()
+                );
             }
         }
         Ok(Bag::open(&self.bag)?)
@@ -113,7 +134,9 @@ impl SensorInput {
 
     /// The bag, and where the position should have come from: what stands in front of the reason why there is no estimate.
     pub fn what_is_missing(&self, bag: &Bag) -> String {
-        let fix = SensorStream::new(bag, &self.options()).ok().and_then(|stream| stream.fix_topic());
+        let fix = SensorStream::new(bag, &self.options())
+            .ok()
+            .and_then(|stream| stream.fix_topic());
         match (self.given_position(), fix) {
             (None, None) => format!(
                 "{}: no topic /fix of type sensor_msgs/msg/NavSatFix (or give --latitude-deg and --longitude-deg)",
@@ -143,12 +166,15 @@ impl SensorInput {
         mut take: impl FnMut(Sample, &Progress) -> Result<ControlFlow<()>, sins::Error>,
     ) -> anyhow::Result<Notes> {
         let mut stream = SensorStream::new(bag, &self.options())?;
-        let length_s = bag.time_range().map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
-        let length_s = (length_s - self.start_offset.unwrap_or(0.0)).min(self.duration.unwrap_or(f64::INFINITY));
+        let length_s = bag
+            .time_range()
+            .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
+        let length_s = (length_s - self.start_offset.unwrap_or(0.0))
+            .min(self.duration.unwrap_or(f64::INFINITY));
         let progress = Progress::new(title, length_s);
         let mut notes = Notes::default();
         for warning in bag.warnings() {
-            notes.say(&progress, warning);
+            notes.say(&progress, warning.to_string());
         }
         let given = self.given_position();
         let first_fix = match (given, self.start_offset) {
@@ -156,7 +182,10 @@ impl SensorInput {
             (given, _) => given,
         };
         if let Some(fix) = first_fix {
-            let sample = bags::Fix { stamp: Stamp::default(), position: Some(fix) };
+            let sample = bags::Fix {
+                stamp: Stamp::default(),
+                position: Some(fix),
+            };
             // The position of the command line is an argument: if it means nothing, the command is at an end.
             let flow = take(Sample::Fix(sample), &progress).context("position")?;
             if flow.is_break() {
@@ -198,10 +227,13 @@ impl SensorInput {
             }
         }
         for warning in stream.warnings() {
-            notes.say(&progress, warning);
+            notes.say(&progress, warning.to_string());
         }
         if notes.undecodable_messages > 1 {
-            let line = format!("{} messages could not be read in all", notes.undecodable_messages);
+            let line = format!(
+                "{} messages could not be read in all",
+                notes.undecodable_messages
+            );
             notes.say(&progress, line);
         }
         if notes.not_finite > 1 {
@@ -211,15 +243,24 @@ impl SensorInput {
         drop(progress);
         if count == 0 {
             let topic = &bag.topics()[stream.imu_topic()].name;
-            bail!("{}: no message of {topic} could be read in the chosen part", bag.path().display());
+            bail!(
+                "{}: no message of {topic} could be read in the chosen part",
+                bag.path().display()
+            );
         }
         Ok(notes)
     }
 }
 
 /// The last position before the part that is read, as a latched topic would give it to a late subscriber.
-fn position_before(bag: &Bag, offset: f64, topic: Option<usize>) -> anyhow::Result<Option<PositionFix>> {
-    let (Some(topic), Some((start, _))) = (topic, bag.time_range()) else { return Ok(None) };
+fn position_before(
+    bag: &Bag,
+    offset: f64,
+    topic: Option<usize>,
+) -> anyhow::Result<Option<PositionFix>> {
+    let (Some(topic), Some((start, _))) = (topic, bag.time_range()) else {
+        return Ok(None);
+    };
     let end = start.saturating_add((offset * 1e9).round() as u64);
     Ok(bags::last_position_before(bag, topic, end)?)
 }

@@ -10,13 +10,14 @@ use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus,
     geometry_msgs::TwistWithCovarianceStamped,
     sensor_msgs::{Imu, JointState, NavSatFix},
-    trajectory_msgs::JointTrajectory,
 };
 use serde::Serialize;
 use sins::{
     imu::NoiseDensity,
     scheme::{BUILTIN_NAMES, Scheme, Sequencer, sequencer::SequencerSettings},
-    simulation::{ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings},
+    simulation::{
+        ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings,
+    },
     time::Stamp,
     turntable::{Axis, Turntable},
     units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM},
@@ -84,22 +85,52 @@ pub struct Options {
     #[arg(long, value_enum, default_value = "zstd")]
     compression: Packing,
     /// Latitude of the ship
-    #[arg(long, default_value_t = 45.78, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value_t = 45.78,
+        value_name = "DEG",
+        allow_negative_numbers = true
+    )]
     latitude_deg: f64,
     /// Longitude of the ship
-    #[arg(long, default_value_t = 126.67, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value_t = 126.67,
+        value_name = "DEG",
+        allow_negative_numbers = true
+    )]
     longitude_deg: f64,
     /// Height of the ship above the ellipsoid
-    #[arg(long, default_value_t = 0.0, value_name = "M", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "M",
+        allow_negative_numbers = true
+    )]
     height_m: f64,
     /// Heading of the y axis, clockwise from true north
-    #[arg(long, default_value_t = 0.0, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DEG",
+        allow_negative_numbers = true
+    )]
     heading_deg: f64,
     /// Roll, starboard down positive
-    #[arg(long, default_value_t = 0.0, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DEG",
+        allow_negative_numbers = true
+    )]
     roll_deg: f64,
     /// Pitch, bow up positive
-    #[arg(long, default_value_t = 0.0, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DEG",
+        allow_negative_numbers = true
+    )]
     pitch_deg: f64,
     /// Axis of the block that the outer joint turns about (default: as the scheme needs it, x first)
     #[arg(long, value_name = "x|y|z", requires = "inner_axis")]
@@ -164,7 +195,11 @@ impl Options {
             return Ok(scheme);
         }
         let text = fs::read_to_string(&self.scheme).with_context(|| {
-            format!("scheme {}: neither one of {} nor a file", self.scheme, BUILTIN_NAMES.join(", "))
+            format!(
+                "scheme {}: neither one of {} nor a file",
+                self.scheme,
+                BUILTIN_NAMES.join(", ")
+            )
         })?;
         Ok(Scheme::from_yaml(&self.scheme, &text)?)
     }
@@ -172,17 +207,29 @@ impl Options {
     fn errors(&self) -> anyhow::Result<ImuErrorSettings> {
         let mut settings = ImuErrorSettings::perfect();
         let errors = &mut settings.errors;
-        errors.gyroscope_drift =
-            triple("--gyroscope-drift-deg-per-hour", &self.gyroscope_drift_deg_per_hour)? * DEG_PER_HOUR;
-        errors.accelerometer_bias = triple("--accelerometer-bias-ug", &self.accelerometer_bias_ug)? * MICRO_G;
-        let scale = triple("--gyroscope-scale-factor-ppm", &self.gyroscope_scale_factor_ppm)? * PPM;
+        errors.gyroscope_drift = triple(
+            "--gyroscope-drift-deg-per-hour",
+            &self.gyroscope_drift_deg_per_hour,
+        )? * DEG_PER_HOUR;
+        errors.accelerometer_bias =
+            triple("--accelerometer-bias-ug", &self.accelerometer_bias_ug)? * MICRO_G;
+        let scale = triple(
+            "--gyroscope-scale-factor-ppm",
+            &self.gyroscope_scale_factor_ppm,
+        )? * PPM;
         errors.gyroscope_matrix.set_diagonal(&scale);
-        let scale = triple("--accelerometer-scale-factor-ppm", &self.accelerometer_scale_factor_ppm)? * PPM;
+        let scale = triple(
+            "--accelerometer-scale-factor-ppm",
+            &self.accelerometer_scale_factor_ppm,
+        )? * PPM;
         errors.accelerometer_matrix.set_diagonal(&scale);
         settings.noise = match self.noise {
             Noise::D => NoiseReading::D.density(),
             Noise::H => NoiseReading::H.density(),
-            Noise::None => NoiseDensity { gyroscope: Vector3::zeros(), accelerometer: Vector3::zeros() },
+            Noise::None => NoiseDensity {
+                gyroscope: Vector3::zeros(),
+                accelerometer: Vector3::zeros(),
+            },
         };
         if let Some(density) = self.angle_random_walk_deg_per_sqrt_hour {
             settings.noise.gyroscope = Vector3::repeat(density * DEG_PER_SQRT_HOUR);
@@ -225,30 +272,48 @@ struct Output {
     fix: TopicId,
     velocity: TopicId,
     status: TopicId,
-    trajectory: TopicId,
     truth: TopicId,
     last_status: Option<SchemeStatus>,
 }
 
 impl Output {
     fn new(options: &Options) -> Result<Self, bags::Error> {
-        let write_options = WriteOptions { compression: options.compression.into(), ..WriteOptions::default() };
+        let write_options = WriteOptions {
+            compression: options.compression.into(),
+            ..WriteOptions::default()
+        };
         let mut bag = BagWriter::create(&options.output, write_options)?;
         let samples = Qos::reliable(1000);
         Ok(Self {
             imu: bag.add_topic(NewTopic::of::<Imu>("/imu/data_raw", samples))?,
-            joints: bag.add_topic(NewTopic::of::<JointState>("/turntable/joint_states", samples))?,
+            joints: bag.add_topic(NewTopic::of::<JointState>(
+                "/turntable/joint_states",
+                samples,
+            ))?,
             fix: bag.add_topic(NewTopic::of::<NavSatFix>("/fix", Qos::reliable(10)))?,
-            velocity: bag.add_topic(NewTopic::of::<TwistWithCovarianceStamped>("/aiding/velocity", Qos::reliable(10)))?,
-            status: bag.add_topic(NewTopic::of::<SchemeStatus>("/scheme/status", Qos::latched(1)))?,
-            trajectory: bag.add_topic(NewTopic::of::<JointTrajectory>("/turntable/joint_trajectory", Qos::reliable(10)))?,
-            truth: bag.add_topic(NewTopic::of::<Calibration>("/ground_truth/calibration", Qos::latched(1)))?,
+            velocity: bag.add_topic(NewTopic::of::<TwistWithCovarianceStamped>(
+                "/aiding/velocity",
+                Qos::reliable(10),
+            ))?,
+            status: bag.add_topic(NewTopic::of::<SchemeStatus>(
+                "/scheme/status",
+                Qos::latched(1),
+            ))?,
+            truth: bag.add_topic(NewTopic::of::<Calibration>(
+                "/ground_truth/calibration",
+                Qos::latched(1),
+            ))?,
             bag,
             last_status: None,
         })
     }
 
-    fn write<M: RosMessage>(&mut self, topic: TopicId, stamp: Stamp, message: &M) -> Result<(), bags::Error> {
+    fn write<M: RosMessage>(
+        &mut self,
+        topic: TopicId,
+        stamp: Stamp,
+        message: &M,
+    ) -> Result<(), bags::Error> {
         self.bag.write(topic, stamp.nanos().unsigned_abs(), message)
     }
 
@@ -267,7 +332,10 @@ impl Output {
 /// Simulates and writes.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     if !(options.hours > 0.0 && options.hours <= 10_000.0) {
-        bail!("--hours is {}, expected more than 0 and at most 10000", options.hours);
+        bail!(
+            "--hours is {}, expected more than 0 and at most 10000",
+            options.hours
+        );
     }
     let scheme = options.scheme()?;
     let turntable = match options.outer_axis.zip(options.inner_axis) {
@@ -282,9 +350,14 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let mut output = Output::new(options)?;
     let progress = Progress::new("simulating", duration_s);
     let plant = simulator.plant();
-    let truth = Calibration::ground_truth(start, &settings.imu.errors, plant.attitude(), plant.ship());
+    let truth =
+        Calibration::ground_truth(start, &settings.imu.errors, plant.attitude(), plant.ship());
     output.write(output.truth, start, &truth)?;
-    output.write(output.joints, start, &JointState::from(&simulator.first_joints()))?;
+    output.write(
+        output.joints,
+        start,
+        &JointState::from(&simulator.first_joints()),
+    )?;
     let mut run = Run::new(simulator, sequencer, duration_s);
     let mut count = 0_u64;
     while let Some(tick) = run.next() {
@@ -298,7 +371,11 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             output.write(output.fix, stamp, &NavSatFix::from(position))?;
         }
         if let Some(velocity) = &tick.velocity {
-            output.write(output.velocity, stamp, &TwistWithCovarianceStamped::from(velocity))?;
+            output.write(
+                output.velocity,
+                stamp,
+                &TwistWithCovarianceStamped::from(velocity),
+            )?;
         }
         if tick.joints.is_some() {
             output.write_status(stamp, SchemeStatus::from(&run.sequencer().status()))?;
