@@ -248,9 +248,13 @@ impl SelfCalibration {
                 self.start_filter()?;
             }
         }
-        self.last.clone().ok_or_else(|| Error::Alignment {
+        let samples = self.samples();
+        let mut last = self.last.clone().ok_or_else(|| Error::Alignment {
             reason: "the samples ended before the first estimate".into(),
-        })
+        })?;
+        // The estimate stands at the last covariance step; the samples after it have been looked at all the same.
+        last.samples = samples;
+        Ok(last)
     }
 
     /// Where the machine stands now.
