@@ -1,0 +1,222 @@
+//! What the nodes cost and how long a sample takes through them, at 200 Hz in real time. Not a test: it prints figures.
+//!
+//! `cargo build --release --workspace --bins && launch-scripts/isolated.sh cargo bench -p suite_tests --bench node_figures`
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+use ros_node::{Node, NodeBuilder, Qos};
+use rotary_sins_msgs::builtin_interfaces::Time;
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::rotary_sins_msgs::Calibration;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState};
+
+const RATE_HZ: f64 = 200.0;
+const WARM_UP: Duration = Duration::from_secs(8);
+const MEASURED: Duration = Duration::from_secs(20);
+
+fn main() -> ExitCode {
+    ros_node::run(
+        NodeBuilder::new("node_figures").accept_arguments("--bench"),
+        |node| async move {
+            resources(&node).await;
+            latency(&node).await;
+            Ok(())
+        },
+    )
+}
+
+/// The executables stand beside the folder of this benchmark.
+fn executable(name: &str) -> PathBuf {
+    let path = std::env::current_exe()
+        .unwrap()
+        .ancestors()
+        .nth(2)
+        .unwrap()
+        .join(name);
+    assert!(
+        path.exists(),
+        "{} is missing: cargo build --release --workspace --bins",
+        path.display()
+    );
+    path
+}
+
+/// A node that ends with the benchmark.
+struct Running(Child);
+
+impl Running {
+    fn start(name: &str, parameters: &str) -> Self {
+        let mut command = Command::new(executable(name));
+        command
+            .arg("--ros-args")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        for parameter in parameters.split_whitespace() {
+            command.args(["-p", parameter]);
+        }
+        Self(command.spawn().unwrap())
+    }
+
+    /// User and system time \[s\] and resident memory \[MiB\], from /proc.
+    fn cost(&self) -> (f64, f64) {
+        let folder = Path::new("/proc").join(self.0.id().to_string());
+        let stat = std::fs::read_to_string(folder.join("stat")).unwrap();
+        let fields: Vec<&str> = stat
+            .rsplit_once(')')
+            .unwrap()
+            .1
+            .split_whitespace()
+            .collect();
+        // Clock ticks are hundredths of a second on every Linux that runs ROS 2.
+        let ticks: f64 = fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap();
+        let status = std::fs::read_to_string(folder.join("status")).unwrap();
+        let resident = status
+            .lines()
+            .find_map(|line| line.strip_prefix("VmRSS:"))
+            .unwrap();
+        let kib: f64 = resident.split_whitespace().next().unwrap().parse().unwrap();
+        (ticks / 100.0, kib / 1024.0)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+async fn measure(running: &[(&str, Running)]) {
+    tokio::time::sleep(WARM_UP).await;
+    let before: Vec<f64> = running.iter().map(|(_, r)| r.cost().0).collect();
+    let start = Instant::now();
+    tokio::time::sleep(MEASURED).await;
+    let seconds = start.elapsed().as_secs_f64();
+    for ((name, running), before) in running.iter().zip(before) {
+        let (cpu, resident) = running.cost();
+        println!(
+            "{name:24} {:5.1} % of a core {resident:6.1} MiB",
+            100.0 * (cpu - before) / seconds
+        );
+    }
+}
+
+/// The four nodes on the simulator's 200 Hz.
+async fn resources(_node: &Node) {
+    println!("\nthe four nodes at {RATE_HZ} Hz, the compensator waiting for a calibration");
+    let rate = format!("imu_rate_hz:={RATE_HZ}");
+    let nodes = [
+        ("imu_simulator", Running::start("imu_simulator", &rate)),
+        ("scheme_sequencer", Running::start("scheme_sequencer", "")),
+        ("self_calibrator", Running::start("self_calibrator", "")),
+        (
+            "navigation_compensator",
+            Running::start("navigation_compensator", ""),
+        ),
+    ];
+    measure(&nodes).await;
+}
+
+/// Samples from this process through the compensator and back as odometry, each sample.
+async fn latency(node: &Node) {
+    let imu = node
+        .publisher::<Imu>("imu/data_raw", Qos::sensor())
+        .unwrap();
+    let joints = node
+        .publisher::<JointState>("turntable/joint_states", Qos::sensor())
+        .unwrap();
+    let calibration = node
+        .publisher::<Calibration>("self_calibration/calibration", Qos::latched(1))
+        .unwrap();
+    let mut odometry = node
+        .subscription::<Odometry>("odometry", Qos::reliable(1000))
+        .unwrap();
+    let compensator = [(
+        "navigation_compensator",
+        Running::start("navigation_compensator", ""),
+    )];
+    assert!(imu.wait_for_subscribers(1, Duration::from_secs(20)).await);
+    assert!(
+        joints
+            .wait_for_subscribers(1, Duration::from_secs(20))
+            .await
+    );
+    tokio::time::sleep(Duration::from_secs(1)).await;
+
+    let (sender, mut sent) = tokio::sync::mpsc::unbounded_channel();
+    node.spawn(async move {
+        let mut tick = tokio::time::interval(Duration::from_secs_f64(1.0 / RATE_HZ));
+        for count in 0_i64.. {
+            tick.tick().await;
+            let nanos = 1_760_000_000_000_000_000 + count * 5_000_000;
+            let stamp = Time {
+                sec: (nanos / 1_000_000_000) as i32,
+                nanosec: (nanos % 1_000_000_000) as u32,
+            };
+            let mut state = JointState::default();
+            state.header.stamp = stamp;
+            state.name = vec!["outer_joint".into(), "inner_joint".into()];
+            state.position = vec![0.0; 2];
+            state.velocity = vec![0.0; 2];
+            joints.publish(state);
+            let mut sample = Imu::default();
+            sample.header.stamp = stamp;
+            sample.header.frame_id = "imu_link".into();
+            sample.angular_velocity.z = 5.2e-5;
+            sample.linear_acceleration.z = 9.806;
+            sample.angular_velocity_covariance =
+                [1e-12, 0.0, 0.0, 0.0, 1e-12, 0.0, 0.0, 0.0, 1e-12];
+            sample.linear_acceleration_covariance =
+                [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
+            let _ = sender.send((nanos, Instant::now()));
+            imu.publish(sample);
+            if count == 400 {
+                let mut message = Calibration::default();
+                message.header.stamp = stamp;
+                message.valid = true;
+                message.converged = true;
+                message.attitude.w = 1.0;
+                message.latitude_deg = 45.78;
+                message.longitude_deg = 126.67;
+                calibration.publish(message);
+            }
+        }
+    });
+    let receiving = async {
+        let mut departures = HashMap::new();
+        let mut delays = Vec::new();
+        loop {
+            let message = odometry.recv().await;
+            let arrival = Instant::now();
+            while let Ok((nanos, at)) = sent.try_recv() {
+                departures.insert(nanos, at);
+            }
+            let stamp = message.header.stamp;
+            let nanos = i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec);
+            if let Some(departure) = departures.remove(&nanos) {
+                delays.push(arrival.duration_since(departure).as_secs_f64() * 1e3);
+            }
+            if delays.len() as f64 >= RATE_HZ * 20.0 {
+                return delays;
+            }
+        }
+    };
+    println!("\nthe compensator navigating at {RATE_HZ} Hz, every sample out again as odometry");
+    let (delays, ()) = tokio::join!(
+        tokio::time::timeout(Duration::from_secs(60), receiving),
+        measure(&compensator)
+    );
+    let mut delays = delays.expect("odometry of 20 s within a minute");
+    delays.sort_by(f64::total_cmp);
+    let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize];
+    println!(
+        "sample in to odometry out: median {:.2} ms, 99th percentile {:.2} ms ({} samples)",
+        at(0.5),
+        at(0.99),
+        delays.len()
+    );
+}
