@@ -49,7 +49,7 @@ install_missing
 
 # The ROS 2 peers are mostly waiting for the network: beside the first compilations.
 peers_log=$logs/ros2-peers-setup.log
-nice tests/ros2_peers/setup.sh kilted >"$peers_log" 2>&1 &
+nice tests/ros2_peers/setup.sh kilted jazzy >"$peers_log" 2>&1 &
 peers=$!
 trap 'kill "$peers" 2>/dev/null' EXIT
 
@@ -58,16 +58,17 @@ finish_peers() {
     local status=$?
     cat "$peers_log"
     [ "$status" = 0 ] || return "$status"
-    ROTARY_SINS_PYTHON=$(tail -n 1 "$peers_log")
+    ROTARY_SINS_PYTHON=$(grep "/kilted/bin/python$" "$peers_log")
     export ROTARY_SINS_PYTHON ROTARY_SINS_REQUIRE_PEERS=1
 }
 
-run_tests() { cargo test --workspace --no-fail-fast 2>&1 | tee "$logs/cargo-test.log"; }
+# Everything that runs is built in release: the tests integrate hours of samples, and it is what a user runs.
+run_tests() { cargo test --release --workspace --no-fail-fast 2>&1 | tee "$logs/cargo-test.log"; }
 
 step "format" cargo fmt --all --check
 step "lints" cargo clippy --quiet --workspace --all-targets -- -D warnings
 step "documentation" env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace
-step "executables" cargo build --quiet --release --bins
+step "executables" cargo build --quiet --release --workspace --bins
 step "real ROS 2 peers" finish_peers
 step "tests" run_tests
 

@@ -4,15 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Packages whose executables the tests run.
-const PACKAGES: [&str; 5] = [
-    "rotary_sins",
-    "imu_simulator",
-    "scheme_sequencer",
-    "self_calibrator",
-    "navigation_compensator",
-];
-
 /// Folder with the executables; handed on to the inner run of an isolated test.
 pub(crate) const BIN_DIR: &str = "ROTARY_SINS_BIN_DIR";
 
@@ -42,16 +33,13 @@ pub(crate) fn executables() -> &'static Path {
 fn build() -> PathBuf {
     let target = target_directory();
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    command
-        .args(["build", "--release", "--quiet", "--bins"])
+    let status = Command::new(cargo)
+        .args(["build", "--release", "--quiet", "--workspace", "--bins"])
         .current_dir(repository())
         .arg("--target-dir")
-        .arg(&target);
-    for package in PACKAGES {
-        command.args(["-p", package]);
-    }
-    let status = command.status().unwrap();
+        .arg(&target)
+        .status()
+        .unwrap();
     assert!(status.success(), "building the executables: {status}");
     target.join("release")
 }
@@ -61,7 +49,7 @@ pub fn executable(name: &str) -> PathBuf {
     let path = executables().join(name);
     assert!(
         path.is_file(),
-        "{}: not there; build it with `cargo build --release --bins`",
+        "{}: not there; build it with `cargo build --release --workspace --bins`",
         path.display()
     );
     path

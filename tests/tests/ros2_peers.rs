@@ -1,23 +1,29 @@
 //! Real ROS 2 (rclpy with Fast DDS) beside the running nodes.
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use suite_tests::{Peer, Program, Scene, isolated, peer_python};
 
-/// What `setup.sh` sets up by default.
-const DISTRIBUTION: &str = "kilted";
+/// The newest distribution and the long-term one, as far as `setup.sh` has set them up.
+fn distributions() -> Vec<PathBuf> {
+    ["kilted", "jazzy"]
+        .into_iter()
+        .filter_map(peer_python)
+        .collect()
+}
+
 /// Of rcl_interfaces/msg/ParameterType.
 const PARAMETER_DOUBLE: u8 = 3;
 
 fn simulator() -> Program {
     Program::new("imu_simulator")
         .parameter("imu_rate_hz", "100.0")
-        .parameter("speed", "10.0")
+        .parameter("speed", "2.0")
 }
 
-/// The four nodes, at ten times real time.
+/// The four nodes, at twice real time.
 fn four_nodes(test: &str) -> Scene {
     let mut scene = Scene::new(test);
     for node in [
@@ -48,193 +54,201 @@ fn number(value: &Value) -> f64 {
 /// rclpy sees all nodes in the graph, the topics with their types and QoS, and reads what they say.
 #[test]
 fn rclpy_sees_nodes_and_reads_topics() {
-    let Some(python) = peer_python(DISTRIBUTION) else {
-        return;
-    };
-    isolated(|| {
-        let mut scene = four_nodes("rclpy_sees");
-        let seen = observe(
-            &python,
-            &[
-                ("/imu/data_raw", "sensor_msgs/msg/Imu", "300"),
-                (
-                    "/turntable/joint_states",
-                    "sensor_msgs/msg/JointState",
-                    "50",
-                ),
-                ("/fix", "sensor_msgs/msg/NavSatFix", "2"),
-                ("/scheme/status", "rotary_sins_msgs/msg/SchemeStatus", "2L"),
-                (
-                    "/self_calibration/estimate",
-                    "rotary_sins_msgs/msg/SelfCalibrationEstimate",
-                    "2L",
-                ),
-                (
-                    "/ground_truth/calibration",
-                    "rotary_sins_msgs/msg/Calibration",
-                    "1L",
-                ),
-                ("/clock", "rosgraph_msgs/msg/Clock", "2"),
-                ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1"),
-            ],
-        );
-        scene.end();
+    let pythons = distributions();
+    if !pythons.is_empty() {
+        isolated(|| pythons.iter().for_each(|python| see_and_read(python)));
+    }
+}
 
-        let nodes = seen["nodes"].as_array().unwrap();
-        for node in [
-            "imu_simulator",
-            "scheme_sequencer",
-            "self_calibrator",
-            "navigation_compensator",
-        ] {
-            assert!(
-                nodes.contains(&json!(format!("/{node}"))),
-                "{node} in {nodes:?}"
-            );
-        }
-        let topics = &seen["topics"];
-        for (name, kind) in [
+fn see_and_read(python: &Path) {
+    let mut scene = four_nodes("rclpy_sees");
+    let seen = observe(
+        python,
+        &[
+            ("/imu/data_raw", "sensor_msgs/msg/Imu", "300"),
             (
-                "/turntable/joint_trajectory",
-                "trajectory_msgs/msg/JointTrajectory",
+                "/turntable/joint_states",
+                "sensor_msgs/msg/JointState",
+                "50",
+            ),
+            ("/fix", "sensor_msgs/msg/NavSatFix", "2"),
+            ("/scheme/status", "rotary_sins_msgs/msg/SchemeStatus", "2L"),
+            (
+                "/self_calibration/estimate",
+                "rotary_sins_msgs/msg/SelfCalibrationEstimate",
+                "2L",
             ),
             (
-                "/self_calibration/calibration",
+                "/ground_truth/calibration",
                 "rotary_sins_msgs/msg/Calibration",
+                "1L",
             ),
-            ("/imu/data", "sensor_msgs/msg/Imu"),
-            ("/odometry", "nav_msgs/msg/Odometry"),
-            ("/uncompensated/odometry", "nav_msgs/msg/Odometry"),
-            ("/rosout", "rcl_interfaces/msg/Log"),
-            ("/clock", "rosgraph_msgs/msg/Clock"),
-        ] {
-            assert_eq!(topics[name], json!([kind]), "{name}");
-        }
-        assert_eq!(
-            seen["publishers"]["/self_calibration/estimate"],
-            json!([{
-                "node": "self_calibrator",
-                "type": "rotary_sins_msgs/msg/SelfCalibrationEstimate",
-                "reliability": "RELIABLE",
-                "durability": "TRANSIENT_LOCAL"
-            }])
-        );
+            ("/clock", "rosgraph_msgs/msg/Clock", "2"),
+            ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1"),
+        ],
+    );
+    scene.end();
 
-        let imu = &seen["last"]["/imu/data_raw"];
-        assert_eq!(imu["header"]["frame_id"], "imu_link");
-        // At rest in position A: gravity along z, no orientation, the variance of one sample in the covariance.
+    let nodes = seen["nodes"].as_array().unwrap();
+    for node in [
+        "imu_simulator",
+        "scheme_sequencer",
+        "self_calibrator",
+        "navigation_compensator",
+    ] {
         assert!(
-            (number(&imu["linear_acceleration"]["z"]) - 9.807).abs() < 0.01,
-            "{imu}"
+            nodes.contains(&json!(format!("/{node}"))),
+            "{node} in {nodes:?}"
         );
-        assert_eq!(number(&imu["orientation_covariance"][0]), -1.0);
-        assert!(number(&imu["angular_velocity_covariance"][0]) > 0.0);
-        let joints = &seen["last"]["/turntable/joint_states"];
-        assert_eq!(joints["name"], json!(["outer_joint", "inner_joint"]));
-        assert!((number(&seen["last"]["/fix"]["latitude"]) - 45.78).abs() < 0.001);
-        assert_eq!(seen["last"]["/scheme/status"]["scheme"], "eight-position");
-        assert_eq!(seen["last"]["/scheme/status"]["position"], "A");
-        let estimate = &seen["last"]["/self_calibration/estimate"];
-        assert_eq!(estimate["phase_name"], "coarse_alignment", "{estimate}");
-        assert!(number(&estimate["samples"]) > 0.0);
-        let drift = 0.01f64.to_radians() / 3600.0;
-        let truth = &seen["first"]["/ground_truth/calibration"]["gyroscope_drift"];
-        assert!((number(&truth[0]) / drift - 1.0).abs() < 1e-12, "{truth}");
-    });
+    }
+    let topics = &seen["topics"];
+    for (name, kind) in [
+        (
+            "/turntable/joint_trajectory",
+            "trajectory_msgs/msg/JointTrajectory",
+        ),
+        (
+            "/self_calibration/calibration",
+            "rotary_sins_msgs/msg/Calibration",
+        ),
+        ("/imu/data", "sensor_msgs/msg/Imu"),
+        ("/odometry", "nav_msgs/msg/Odometry"),
+        ("/uncompensated/odometry", "nav_msgs/msg/Odometry"),
+        ("/rosout", "rcl_interfaces/msg/Log"),
+        ("/clock", "rosgraph_msgs/msg/Clock"),
+    ] {
+        assert_eq!(topics[name], json!([kind]), "{name}");
+    }
+    assert_eq!(
+        seen["publishers"]["/self_calibration/estimate"],
+        json!([{
+            "node": "self_calibrator",
+            "type": "rotary_sins_msgs/msg/SelfCalibrationEstimate",
+            "reliability": "RELIABLE",
+            "durability": "TRANSIENT_LOCAL"
+        }])
+    );
+
+    let imu = &seen["last"]["/imu/data_raw"];
+    assert_eq!(imu["header"]["frame_id"], "imu_link");
+    // At rest in position A: gravity along z, no orientation, the variance of one sample in the covariance.
+    assert!(
+        (number(&imu["linear_acceleration"]["z"]) - 9.807).abs() < 0.01,
+        "{imu}"
+    );
+    assert_eq!(number(&imu["orientation_covariance"][0]), -1.0);
+    assert!(number(&imu["angular_velocity_covariance"][0]) > 0.0);
+    let joints = &seen["last"]["/turntable/joint_states"];
+    assert_eq!(joints["name"], json!(["outer_joint", "inner_joint"]));
+    assert!((number(&seen["last"]["/fix"]["latitude"]) - 45.78).abs() < 0.001);
+    assert_eq!(seen["last"]["/scheme/status"]["scheme"], "eight-position");
+    assert_eq!(seen["last"]["/scheme/status"]["position"], "A");
+    let estimate = &seen["last"]["/self_calibration/estimate"];
+    assert_eq!(estimate["phase_name"], "coarse_alignment", "{estimate}");
+    assert!(number(&estimate["samples"]) > 0.0);
+    let drift = 0.01f64.to_radians() / 3600.0;
+    let truth = &seen["first"]["/ground_truth/calibration"]["gyroscope_drift"];
+    assert!((number(&truth[0]) / drift - 1.0).abs() < 1e-12, "{truth}");
 }
 
 /// rclpy calls the services of the sequencer; what cannot be done is answered with a reason.
 #[test]
 fn rclpy_pauses_and_resumes_the_scheme() {
-    let Some(python) = peer_python(DISTRIBUTION) else {
-        return;
-    };
-    isolated(|| {
-        let mut scene = four_nodes("rclpy_services");
-        // Without joint states there is nothing to pause yet.
-        observe(
-            &python,
-            &[("/scheme/status", "rotary_sins_msgs/msg/SchemeStatus", "2L")],
-        );
-        let service = |name: &str| format!("/scheme_sequencer/{name}");
-        let answers = Peer::new(&python, "trigger.py")
-            .arg(service("pause"))
-            .arg(service("resume"))
-            .arg(service("resume"))
-            .arg(service("abort"))
-            .ask();
-        scene.end();
-        let success: Vec<bool> = answers
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|answer| answer["success"].as_bool().unwrap())
-            .collect();
-        assert_eq!(success, [true, true, false, true], "{answers}");
-        assert_ne!(answers[2]["message"], "");
-    });
+    let pythons = distributions();
+    if !pythons.is_empty() {
+        isolated(|| pythons.iter().for_each(|python| pause_and_resume(python)));
+    }
+}
+
+fn pause_and_resume(python: &Path) {
+    let mut scene = four_nodes("rclpy_services");
+    // Without joint states there is nothing to pause yet.
+    observe(
+        python,
+        &[("/scheme/status", "rotary_sins_msgs/msg/SchemeStatus", "2L")],
+    );
+    let service = |name: &str| format!("/scheme_sequencer/{name}");
+    let answers = Peer::new(python, "trigger.py")
+        .arg(service("pause"))
+        .arg(service("resume"))
+        .arg(service("resume"))
+        .arg(service("abort"))
+        .ask();
+    scene.end();
+    let success: Vec<bool> = answers
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|answer| answer["success"].as_bool().unwrap())
+        .collect();
+    assert_eq!(success, [true, true, false, true], "{answers}");
+    assert_ne!(answers[2]["message"], "");
 }
 
 /// rclpy lists, gets and describes the parameters of a node; one that is fixed at the start is not set, with a reason.
 #[test]
 fn rclpy_uses_the_parameter_services() {
-    let Some(python) = peer_python(DISTRIBUTION) else {
-        return;
-    };
-    isolated(|| {
-        let mut scene = Scene::new("rclpy_parameters");
-        scene.start(&Program::new("self_calibrator").parameter("turn_deg", "12.5"));
-        let answer = Peer::new(&python, "parameters.py")
-            .arg("self_calibrator")
-            .arg("turn_deg")
-            .arg("20.0")
-            .ask();
-        scene.end();
-        let names = answer["names"].as_array().unwrap();
-        for name in ["turn_deg", "use_sim_time", "coarse_alignment_s"] {
-            assert!(names.contains(&json!(name)), "{name} in {names:?}");
-        }
-        assert_eq!(answer["types"], json!([PARAMETER_DOUBLE]));
-        let descriptor = &answer["descriptor"];
-        assert_eq!(descriptor["read_only"], true);
-        assert_eq!(
-            descriptor["floating_point_range"][0]["to_value"], 180.0,
-            "{descriptor}"
-        );
-        assert_ne!(descriptor["description"], "");
-        assert_eq!(answer["before"], 12.5);
-        assert_eq!(answer["set"]["successful"], false);
-        assert_ne!(answer["set"]["reason"], "");
-        assert_eq!(answer["after"], 12.5);
-    });
+    let pythons = distributions();
+    if !pythons.is_empty() {
+        isolated(|| pythons.iter().for_each(|python| use_parameters(python)));
+    }
+}
+
+fn use_parameters(python: &Path) {
+    let mut scene = Scene::new("rclpy_parameters");
+    scene.start(&Program::new("self_calibrator").parameter("turn_deg", "12.5"));
+    let answer = Peer::new(python, "parameters.py")
+        .arg("self_calibrator")
+        .arg("turn_deg")
+        .arg("20.0")
+        .ask();
+    scene.end();
+    let names = answer["names"].as_array().unwrap();
+    for name in ["turn_deg", "use_sim_time", "coarse_alignment_s"] {
+        assert!(names.contains(&json!(name)), "{name} in {names:?}");
+    }
+    assert_eq!(answer["types"], json!([PARAMETER_DOUBLE]));
+    let descriptor = &answer["descriptor"];
+    assert_eq!(descriptor["read_only"], true);
+    assert_eq!(
+        descriptor["floating_point_range"][0]["to_value"], 180.0,
+        "{descriptor}"
+    );
+    assert_ne!(descriptor["description"], "");
+    assert_eq!(answer["before"], 12.5);
+    assert_eq!(answer["set"]["successful"], false);
+    assert_ne!(answer["set"]["reason"], "");
+    assert_eq!(answer["after"], 12.5);
 }
 
 /// A JointTrajectory from rclpy turns the table.
 #[test]
 fn rclpy_turns_the_table() {
-    let Some(python) = peer_python(DISTRIBUTION) else {
-        return;
-    };
-    isolated(|| {
-        let mut scene = Scene::new("rclpy_table");
-        scene.start(&simulator().parameter("speed", "1.0"));
-        let answer = Peer::new(&python, "move_table.py")
-            .arg("0.3")
-            .arg("-0.2")
-            .ask();
-        scene.end();
-        for (joint, target) in [0.3, -0.2].into_iter().enumerate() {
-            assert_eq!(number(&answer["start"][joint]), 0.0);
-            let error = number(&answer["end"][joint]) - target;
-            assert!(error.abs() < 1e-9, "joint {joint}: {answer}");
-        }
-    });
+    let pythons = distributions();
+    if !pythons.is_empty() {
+        isolated(|| pythons.iter().for_each(|python| turn_table(python)));
+    }
+}
+
+fn turn_table(python: &Path) {
+    let mut scene = Scene::new("rclpy_table");
+    scene.start(&simulator().parameter("speed", "1.0"));
+    let answer = Peer::new(python, "move_table.py")
+        .arg("0.3")
+        .arg("-0.2")
+        .ask();
+    scene.end();
+    for (joint, target) in [0.3, -0.2].into_iter().enumerate() {
+        assert_eq!(number(&answer["start"][joint]), 0.0);
+        let error = number(&answer["end"][joint]) - target;
+        assert!(error.abs() < 1e-9, "joint {joint}: {answer}");
+    }
 }
 
 /// A second DDS vendor reads the samples too, without losing one.
 #[test]
 fn cyclone_dds_reads_the_samples() {
-    let Some(python) = peer_python(DISTRIBUTION) else {
+    let Some(python) = peer_python("kilted") else {
         return;
     };
     isolated(|| {

@@ -24,6 +24,8 @@ const QUIET: Duration = Duration::from_millis(1500);
 const LONELY: Duration = Duration::from_secs(5);
 /// After the last message: for subscribers to ask again for what they missed.
 const AFTERWARDS: Duration = Duration::from_millis(800);
+/// A player that was held up for longer goes on from where it is: what it sent faster to catch up, subscribers would lose.
+const MOST_LATE: Duration = Duration::from_millis(100);
 /// `/clock` comes at most so often, in simulated time \[ns\] ...
 const CLOCK_STEP: u64 = 10_000_000;
 /// ... and in real time, ...
@@ -344,10 +346,14 @@ impl<'b> Player<'b> {
         let mut beginning: Option<(u64, Instant)> = None;
         while let Some(message) = messages.next() {
             let (first, begun) =
-                *beginning.get_or_insert_with(|| (message.log_time, Instant::now()));
-            let elapsed = message.log_time.saturating_sub(first);
+                beginning.get_or_insert_with(|| (message.log_time, Instant::now()));
+            let elapsed = message.log_time.saturating_sub(*first);
             if let Rate::Times(rate) = options.rate {
-                let due = begun + Duration::from_secs_f64(elapsed as f64 * 1e-9 / rate);
+                let due = *begun + Duration::from_secs_f64(elapsed as f64 * 1e-9 / rate);
+                let late = Instant::now().saturating_duration_since(due);
+                if late > MOST_LATE {
+                    *begun += late;
+                }
                 tokio::time::sleep_until(due.into()).await;
             }
             self.tick(message.log_time);
