@@ -45,6 +45,12 @@ impl Shared {
 
     fn ingest(&self, message: &JointState) {
         let mut machine = self.machine();
+        // A motion commanded before the table listens would be lost, so the scheme begins when it does.
+        if machine.sequencer.state() == State::WaitingForTable
+            && self.trajectories.subscriber_count() == 0
+        {
+            return;
+        }
         match JointSample::try_from(message) {
             Ok(sample) => {
                 let command = machine.sequencer.ingest(&sample);
@@ -111,6 +117,12 @@ impl Shared {
             report = report.worsened(
                 Level::Warn,
                 &format!("{}, {gaps} gaps in the joint states", state.name()),
+            );
+        }
+        if self.trajectories.subscriber_count() == 0 {
+            report = report.worsened(
+                Level::Warn,
+                &format!("{}, and no table listens", state.name()),
             );
         }
         if state == State::Fault {
