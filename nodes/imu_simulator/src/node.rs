@@ -19,7 +19,7 @@ use crate::wait_list::{self, Wait};
 /// Samples between two looks at the clock and at the trajectories.
 const BATCH: u32 = 200;
 /// Wall time between two ticks of `/clock`, at most.
-const CLOCK_PERIOD: Duration = Duration::from_millis(10);
+const CLOCK_PERIOD: Duration = Duration::from_millis(20);
 /// A subscriber that is matched on our side may still have to match us on its own.
 const MATCH_SETTLE: Duration = Duration::from_millis(500);
 /// Time in which the last samples are acknowledged before the node ends.
