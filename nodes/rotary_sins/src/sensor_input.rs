@@ -90,7 +90,11 @@ impl Notes {
                 return;
             }
         }
-        self.say(progress, format!("{topic}: {error}"));
+        // An alignment that fails again for the same reason is no news.
+        let line = format!("{topic}: {error}");
+        if !self.lines.contains(&line) {
+            self.say(progress, line);
+        }
     }
 
     fn undecodable(&mut self, progress: &Progress, error: &bags::Error) {
