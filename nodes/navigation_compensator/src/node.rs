@@ -71,24 +71,27 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         uncompensated.publish(output.uncompensated);
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
-    let mut joints: Subscription<JointState> = node.subscription(topic::JOINTS, Qos::sensor())?;
+    let depth = usize::try_from(node.parameter::<i64>("queue_depth")?)?;
+    let joints: Subscription<JointState> =
+        node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut calibrations: Subscription<Calibration> =
         node.subscription(topic::CALIBRATION, Qos::latched(1))?;
-    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::sensor())?;
+    let samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     watch(&node, &shared);
+    let (mut joints, mut samples) = (node.drain(joints, BATCH), node.drain(samples, BATCH));
     node.set_ready();
     loop {
-        // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
+        // What the samples need comes first; the samples themselves wait in their queue meanwhile.
         tokio::select! {
             biased;
             () = node.shutdown() => return Ok(()),
             fix = fixes.recv() => shared.lock().fix(&fix),
             calibration = calibrations.recv() => shared.lock().calibration(&calibration),
-            batch = joints.recv_batch(BATCH) => {
+            Some(batch) = joints.recv() => {
                 let mut compensator = shared.lock();
                 batch.iter().for_each(|message| compensator.joints(message, &mut publish));
             }
-            batch = samples.recv_batch(BATCH) => {
+            Some(batch) = samples.recv() => {
                 let mut compensator = shared.lock();
                 batch.iter().for_each(|message| compensator.imu(message, &mut publish));
             }

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
-use ros_node::{Parameter, Parameters};
+use ros_node::{Parameter, Parameters, SENSOR_DEPTH};
 use sins::imu::NoiseDensity;
 use sins::navigator::NavigatorSettings;
 use sins::self_calibration::{Reference, Settings};
@@ -28,6 +28,10 @@ pub struct NodeSettings {
     pub silence_s: f64,
 }
 
+/// Default of `queue_depth`.
+#[allow(clippy::cast_possible_wrap, reason = "a small constant")]
+const QUEUE_DEPTH: i64 = SENSOR_DEPTH as i64;
+
 /// Every parameter with unit, range and default. The defaults are those of [`NavigatorSettings`].
 pub fn declarations() -> Vec<Parameter> {
     let double = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
@@ -43,6 +47,9 @@ pub fn declarations() -> Vec<Parameter> {
         Parameter::new("inner_axis", "y")
             .one_of(&["x", "y", "z"])
             .describe("axis of the block, at zero joint angles, that inner_joint turns about"),
+        Parameter::new("queue_depth", QUEUE_DEPTH).range(10.0, 1e6).describe(
+            "samples, and joint states, that the middleware keeps until the node takes them; more for accelerated time",
+        ),
         Parameter::new("start_from_calibration", true)
             .describe("start from the attitude of the calibration where its samples are still at hand; false: always align anew"),
         Parameter::new("odometry_frame_id", "odom").describe("frame of the pose: East-North-Up, origin at the first position"),

@@ -8,6 +8,7 @@ use std::time::Duration;
 use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
 use rotary_sins_msgs::RosMessage;
 use rustdds::{DomainParticipant, Topic};
+use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
 use crate::builder::Startup;
@@ -306,6 +307,21 @@ impl Node {
             .unwrap_or_else(PoisonError::into_inner);
         tasks.retain(|task| !task.is_finished());
         tasks.push(tokio::spawn(task));
+    }
+
+    /// Takes messages out of the middleware as they come, up to `limit` at once, in a task of its own: work on them, however
+    /// long it takes, never lets the reader's cache overflow. What waits for work is kept without bound.
+    pub fn drain<M: Message + Send + 'static>(
+        &self,
+        mut subscription: Subscription<M>,
+        limit: usize,
+    ) -> mpsc::UnboundedReceiver<Vec<M>> {
+        let (sender, receiver) = mpsc::unbounded_channel();
+        self.spawn(async move {
+            // Nobody takes any more: the node is ending.
+            while sender.send(subscription.recv_batch(limit).await).is_ok() {}
+        });
+        receiver
     }
 
     /// Completes when the node is to end: SIGINT, SIGTERM, or [`Self::request_shutdown`].

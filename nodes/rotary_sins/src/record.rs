@@ -40,6 +40,9 @@ pub struct Options {
     /// Log times are simulated time: the stamp of a message that has one in front, else that of /clock
     #[arg(long)]
     use_sim_time: bool,
+    /// Messages of a topic that the middleware keeps until they are taken; more where time runs fast
+    #[arg(long, value_name = "N", default_value_t = SENSOR_DEPTH)]
+    depth: usize,
     /// Packing of the bag
     #[arg(long, value_enum, default_value = "zstd")]
     compression: Packing,
@@ -104,6 +107,7 @@ async fn record(node: Node, options: Options) -> anyhow::Result<()> {
         wanted,
         tasks: JoinSet::new(),
         seen: BTreeMap::new(),
+        depth: options.depth,
     };
     let ended = async {
         match options.duration {
@@ -164,6 +168,8 @@ struct Recorder {
     tasks: JoinSet<(String, u64)>,
     /// Topics with their types, as they were first seen.
     seen: BTreeMap<String, String>,
+    /// Messages of a topic that the middleware keeps.
+    depth: usize,
 }
 
 impl Recorder {
@@ -196,7 +202,7 @@ impl Recorder {
         };
         let qos = Qos {
             transient_local: *transient_local,
-            ..Qos::reliable(SENSOR_DEPTH)
+            ..Qos::reliable(self.depth)
         };
         let subscription = self.node.raw_subscription(topic, type_name, qos)?;
         let offered = bags::Qos {

@@ -64,7 +64,9 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         calibration: node.publisher(topic::CALIBRATION, Qos::latched(1))?,
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
-    let mut joints: Subscription<JointState> = node.subscription(topic::JOINTS, Qos::sensor())?;
+    let depth = usize::try_from(node.parameter::<i64>("queue_depth")?)?;
+    let joints: Subscription<JointState> =
+        node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut scheme: Subscription<SchemeStatus> =
         node.subscription(topic::SCHEME, Qos::latched(10))?;
     let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match settings.reference
@@ -72,18 +74,19 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
         Reference::Moored { .. } => None,
     };
-    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::sensor())?;
+    let samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     serve(&node, &shared, &publishers)?;
     watch(&node, &shared);
+    let (mut joints, mut samples) = (node.drain(joints, BATCH), node.drain(samples, BATCH));
     node.set_ready();
     let mut ticks = tokio::time::interval(TICK);
     loop {
-        // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
+        // What the samples need comes first; the samples themselves wait in their queue meanwhile.
         tokio::select! {
             biased;
             () = node.shutdown() => return Ok(()),
             fix = fixes.recv() => shared.lock().fix(&fix),
-            batch = joints.recv_batch(BATCH) => {
+            Some(batch) = joints.recv() => {
                 let mut calibrator = shared.lock();
                 batch.iter().for_each(|message| calibrator.joints(message));
             }
@@ -92,7 +95,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                 let calibration = shared.lock().scheme(&status);
                 publishers.publish_calibration(calibration);
             }
-            batch = samples.recv_batch(BATCH) => {
+            Some(batch) = samples.recv() => {
                 let outputs: Vec<_> = {
                     let mut calibrator = shared.lock();
                     batch.iter().filter_map(|message| calibrator.imu(message)).collect()

@@ -4,12 +4,16 @@ use std::f64::consts::PI;
 
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
-use ros_node::{Parameter, Parameters};
+use ros_node::{Parameter, Parameters, SENSOR_DEPTH};
 use sins::estimation::filter::InitialUncertainty;
 use sins::imu::NoiseDensity;
 use sins::self_calibration::{Reference, Settings, Thresholds};
 use sins::turntable::Turntable;
 use sins::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
+
+/// Default of `queue_depth`.
+#[allow(clippy::cast_possible_wrap, reason = "a small constant")]
+const QUEUE_DEPTH: i64 = SENSOR_DEPTH as i64;
 
 /// Every parameter with unit, range and default. The defaults are those of [`Settings`].
 pub fn declarations() -> Vec<Parameter> {
@@ -153,6 +157,9 @@ fn decision_declarations() -> Vec<Parameter> {
             0.01,
             3600.0,
             "a longer hole in the samples, or a step back in time, starts the alignment anew",
+        ),
+        Parameter::new("queue_depth", QUEUE_DEPTH).range(10.0, 1e6).describe(
+            "samples, and joint states, that the middleware keeps until the node takes them; more for accelerated time",
         ),
         double(
             "silence_s",

@@ -24,6 +24,8 @@ const MARGIN_S: f64 = 2.0;
 const START: Duration = Duration::from_secs(60);
 /// Time for the last samples to arrive everywhere after the simulator has ended.
 const SETTLE: Duration = Duration::from_secs(10);
+/// Samples that the middleware keeps for a process that the system does not let run: 4 s at 100 times real time.
+const QUEUE_DEPTH: &str = "40000";
 /// How often the state is looked at and shown.
 const PERIOD: Duration = Duration::from_millis(100);
 
@@ -239,12 +241,18 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
         programs.push(Program {
             name: "recorder".to_owned(),
             executable: "rotary-sins".to_owned(),
-            arguments: ["record", "--use-sim-time", "--output"]
-                .map(str::to_owned)
-                .into_iter()
-                .chain([bag.display().to_string()])
-                .chain(RECORDED.map(|topic| format!("/{topic}")))
-                .collect(),
+            arguments: [
+                "record",
+                "--use-sim-time",
+                "--depth",
+                QUEUE_DEPTH,
+                "--output",
+            ]
+            .map(str::to_owned)
+            .into_iter()
+            .chain([bag.display().to_string()])
+            .chain(RECORDED.map(|topic| format!("/{topic}")))
+            .collect(),
         });
     }
     let recorders = usize::from(bag.is_some());
@@ -259,10 +267,14 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
     .map(|(topic, count)| format!("\"{topic}:{count}\""))
     .join(", ");
     programs.extend([
-        node("self_calibrator", vec![]),
+        node(
+            "self_calibrator",
+            vec![parameter("queue_depth", QUEUE_DEPTH.to_owned())],
+        ),
         node(
             "navigation_compensator",
             vec![
+                parameter("queue_depth", QUEUE_DEPTH.to_owned()),
                 parameter("output_rate_hz", "1.0".to_owned()),
                 parameter("imu_output_rate_hz", "1.0".to_owned()),
                 // The calibration comes from a node that may be some tens of seconds of simulated time behind.
