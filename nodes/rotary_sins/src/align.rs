@@ -6,12 +6,18 @@ use anyhow::Context;
 use bags::Sample;
 use clap::Args;
 use serde::Serialize;
-use sins::self_calibration::{Estimate, Phase};
+use sins::{
+    self_calibration::{Estimate, Phase},
+    time::Stamp,
+};
 
 use crate::{
     Outcome, calibrate::Calibrator, filter_options::FilterOptions, output,
     sensor_input::SensorInput,
 };
+
+/// A joint that is further than this from where it stood at first turns \[rad\].
+const TURN_RAD: f64 = 1e-4;
 
 /// Options of `align`.
 #[derive(Args)]
@@ -51,24 +57,41 @@ struct Alignment {
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut calibrator = Calibrator::new(&options.filter.settings(options.input.turntable()?)?)?;
-    let mut aligned: Option<Estimate> = None;
+    // The last estimate, and the one before it: the last one may already be of a block that turns.
+    let mut aligned: [Option<Estimate>; 2] = [None, None];
+    let mut first_joints: Option<[f64; 2]> = None;
+    let mut last_rest: Option<Stamp> = None;
     let mut notes = options
         .input
         .feed(&bag, "aligning", |sample: Sample, progress| {
-            if let Some(estimate) = calibrator.ingest(&sample)? {
-                if matches!(estimate.phase, Phase::Calibrating | Phase::Converged) {
-                    progress.note(format!(
-                        "the block turns at {} ns; aligned on what came before",
-                        estimate.stamp.nanos()
-                    ));
-                    return Ok(ControlFlow::Break(()));
+            let turns = if let Sample::Joints(joints) = &sample {
+                let first = *first_joints.get_or_insert(joints.position);
+                let moved = |joint: usize| (joints.position[joint] - first[joint]).abs() > TURN_RAD;
+                let turns = moved(0) || moved(1);
+                if !turns {
+                    last_rest = Some(joints.stamp);
                 }
+                turns
+            } else {
+                false
+            };
+            let estimate = calibrator.ingest(&sample)?;
+            // An IMU without encoders shows by itself that it turns.
+            let has_turned =
+                |e: &Estimate| matches!(e.phase, Phase::Calibrating | Phase::Converged);
+            if turns || estimate.as_ref().is_some_and(has_turned) {
+                progress.note("the block turns; aligned on what came before");
+                return Ok(ControlFlow::Break(()));
+            }
+            if let Some(estimate) = estimate {
                 progress.message(line(&estimate));
-                aligned = Some(estimate);
+                aligned = [Some(estimate), aligned[0].take()];
             }
             Ok(ControlFlow::Continue(()))
         })?;
-    let estimate = match aligned {
+    let [last, before] = aligned;
+    let is_at_rest = |e: &Estimate| last_rest.is_none_or(|rest| e.stamp <= rest);
+    let estimate = match last.filter(is_at_rest).or(before) {
         Some(estimate) => estimate,
         None => calibrator
             .machine

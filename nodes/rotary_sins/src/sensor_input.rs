@@ -1,6 +1,6 @@
 //! The sensors of a bag, one sample after the other, for the commands that drive a state machine with them.
 
-use std::{ops::ControlFlow, path::PathBuf};
+use std::{ops::ControlFlow, path::PathBuf, sync::mpsc};
 
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
@@ -12,6 +12,11 @@ use sins::{
 };
 
 use crate::progress::Progress;
+
+/// Samples handed over at once ...
+const BATCH: usize = 1024;
+/// ... and so many times read ahead.
+const BATCHES: usize = 8;
 
 /// Which bag, which part of it, and what it does not say itself.
 #[derive(Args)]
@@ -196,41 +201,49 @@ impl SensorInput {
                 return Ok(notes);
             }
         }
+        let names = TopicNames::new(bag, &stream);
         let mut first_stamp = None;
         let mut count = 0_u64;
-        loop {
-            let sample = match stream.next() {
-                Ok(Some(sample)) => sample,
-                Ok(None) => break,
-                Err(error) => {
-                    notes.undecodable(&progress, &error);
-                    continue;
+        // Unpacking and decoding have a thread of their own; the machine gets every sample in the order of the bag.
+        let warnings = std::thread::scope(|scope| {
+            let (sender, batches) = mpsc::sync_channel(BATCHES);
+            let reader = scope.spawn(move || {
+                read_ahead(&mut stream, &sender);
+                stream.warnings().to_vec()
+            });
+            'samples: for batch in &batches {
+                for sample in batch {
+                    let sample = match sample {
+                        Ok(sample) => sample,
+                        Err(error) => {
+                            notes.undecodable(&progress, &error);
+                            continue;
+                        }
+                    };
+                    if let Sample::Imu(imu) = &sample {
+                        let first = *first_stamp.get_or_insert(imu.stamp);
+                        count += 1;
+                        if count.is_multiple_of(10_000) {
+                            progress.set(imu.stamp.seconds_since(first));
+                        }
+                    }
+                    if given.is_some() && matches!(sample, Sample::Fix(_)) {
+                        continue;
+                    }
+                    match take(sample, &progress) {
+                        Ok(ControlFlow::Continue(())) => {}
+                        Ok(ControlFlow::Break(())) => break 'samples,
+                        Err(error) => notes.error(&progress, names.of(&sample), &error),
+                    }
                 }
-            };
-            let topic = match &sample {
-                Sample::Imu(_) => Some(stream.imu_topic()),
-                Sample::Joints(_) => stream.joints_topic(),
-                Sample::Fix(_) => stream.fix_topic(),
-                Sample::Velocity(..) => stream.velocity_topic(),
-            };
-            let topic = topic.map_or("", |at| bag.topics()[at].name.as_str());
-            if let Sample::Imu(imu) = &sample {
-                let first = *first_stamp.get_or_insert(imu.stamp);
-                count += 1;
-                if count.is_multiple_of(10_000) {
-                    progress.set(imu.stamp.seconds_since(first));
-                }
             }
-            if given.is_some() && matches!(sample, Sample::Fix(_)) {
-                continue;
-            }
-            match take(sample, &progress) {
-                Ok(ControlFlow::Continue(())) => {}
-                Ok(ControlFlow::Break(())) => break,
-                Err(error) => notes.error(&progress, topic, &error),
-            }
-        }
-        for warning in stream.warnings() {
+            drop(batches);
+            reader.join()
+        });
+        let Ok(warnings) = warnings else {
+            bail!("{}: reading broke down", bag.path().display())
+        };
+        for warning in warnings {
             notes.say(&progress, warning.to_string());
         }
         if notes.undecodable_messages > 1 {
@@ -246,13 +259,59 @@ impl SensorInput {
         }
         drop(progress);
         if count == 0 {
-            let topic = &bag.topics()[stream.imu_topic()].name;
             bail!(
-                "{}: no message of {topic} could be read in the chosen part",
-                bag.path().display()
+                "{}: no message of {} could be read in the chosen part",
+                bag.path().display(),
+                names.imu
             );
         }
         Ok(notes)
+    }
+}
+
+/// Names of the topics that samples come from.
+struct TopicNames<'b> {
+    imu: &'b str,
+    joints: &'b str,
+    fix: &'b str,
+    velocity: &'b str,
+}
+
+impl<'b> TopicNames<'b> {
+    fn new(bag: &'b Bag, stream: &SensorStream<'_>) -> Self {
+        let name = |topic: Option<usize>| topic.map_or("", |at| bag.topics()[at].name.as_str());
+        Self {
+            imu: name(Some(stream.imu_topic())),
+            joints: name(stream.joints_topic()),
+            fix: name(stream.fix_topic()),
+            velocity: name(stream.velocity_topic()),
+        }
+    }
+
+    fn of(&self, sample: &Sample) -> &'b str {
+        match sample {
+            Sample::Imu(_) => self.imu,
+            Sample::Joints(_) => self.joints,
+            Sample::Fix(_) => self.fix,
+            Sample::Velocity(..) => self.velocity,
+        }
+    }
+}
+
+type Batch = Vec<Result<Sample, bags::Error>>;
+
+/// Decodes to the end of the stream, or until nobody takes the samples any more.
+fn read_ahead(stream: &mut SensorStream<'_>, sender: &mpsc::SyncSender<Batch>) {
+    loop {
+        let mut batch = Batch::with_capacity(BATCH);
+        while batch.len() < BATCH
+            && let Some(sample) = stream.next().transpose()
+        {
+            batch.push(sample);
+        }
+        if batch.is_empty() || sender.send(batch).is_err() {
+            return;
+        }
     }
 }
 
