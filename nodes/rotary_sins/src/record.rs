@@ -12,6 +12,7 @@ use bags::{BagSummary, BagWriter, NewTopic, TopicId, WriteOptions, cdr::ENCAPSUL
 use clap::Args;
 use ros_node::{DiscoveredPublisher, Node, NodeBuilder, Payload, Qos, SENSOR_DEPTH, Subscription};
 use rotary_sins_msgs::known_type;
+use sins::time::Stamp;
 use tokio::{sync::mpsc, task::JoinSet};
 
 use crate::{output, simulate::Packing};
@@ -22,6 +23,9 @@ const LOOK: Duration = Duration::from_millis(50);
 const BATCH: usize = 256;
 /// Batches on the way to the file. When it is full the readers fill up, and what they lose is counted.
 const QUEUE: usize = 256;
+
+/// A stamp that is further than this from the simulated time is of another clock \[ns\].
+const SAME_CLOCK: i64 = 600_000_000_000;
 
 /// Options of `record`.
 #[derive(Args)]
@@ -68,7 +72,7 @@ enum Order {
 enum LogTime {
     /// The clock of the node: the system's, or `/clock`.
     Clock,
-    /// The stamp that the message begins with.
+    /// The stamp that the message begins with, where it is of the same clock.
     Stamp,
 }
 
@@ -253,6 +257,16 @@ fn begins_with_stamp(type_name: &str) -> bool {
     })
 }
 
+/// The first eight bytes of a message as a stamp \[ns\].
+fn stamp_in_front(payload: &Payload) -> Option<i64> {
+    let [a, b, c, d, e, f, g, h] = *payload.0.first_chunk::<8>()?;
+    let (sec, nanosec) = (
+        i32::from_le_bytes([a, b, c, d]),
+        u32::from_le_bytes([e, f, g, h]),
+    );
+    Some(Stamp::from_sec_nanosec(sec, nanosec).nanos())
+}
+
 /// Hands messages over until the node ends, then those that have arrived already.
 async fn receive(
     node: Node,
@@ -261,30 +275,18 @@ async fn receive(
     log_time: LogTime,
     orders: mpsc::Sender<Order>,
 ) -> (String, u64) {
-    let time_of = |payload: &Payload| {
-        let stamp = payload
-            .0
-            .first_chunk::<8>()
-            .filter(|_| log_time == LogTime::Stamp);
-        stamp.map_or_else(
-            || u64::try_from(node.now_nanos()).unwrap_or(0),
-            |bytes| {
-                let [a, b, c, d, e, f, g, h] = *bytes;
-                let (sec, nanosec) = (
-                    i32::from_le_bytes([a, b, c, d]),
-                    u32::from_le_bytes([e, f, g, h]),
-                );
-                u64::try_from(sec).unwrap_or(0) * 1_000_000_000 + u64::from(nanosec)
-            },
-        )
-    };
-    if log_time == LogTime::Clock {
-        // Without a time there is nothing to file a message under; the reader keeps it until then.
-        tokio::select! {
-            () = node.clock().wait_until_known() => {}
-            () = node.shutdown() => {}
-        }
+    // Without a time there is nothing to file a message under; the reader keeps it until then.
+    tokio::select! {
+        () = node.clock().wait_until_known() => {}
+        () = node.shutdown() => {}
     }
+    let time_of = |payload: &Payload| {
+        let now = node.now_nanos();
+        let stamp = stamp_in_front(payload).filter(|_| log_time == LogTime::Stamp);
+        // A node that is not in simulated time stamps with another clock.
+        let time = stamp.filter(|stamp| stamp.saturating_sub(now).saturating_abs() < SAME_CLOCK);
+        u64::try_from(time.unwrap_or(now)).unwrap_or(0)
+    };
     loop {
         let (payloads, is_last) = tokio::select! {
             biased;
