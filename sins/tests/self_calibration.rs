@@ -257,6 +257,22 @@ fn an_unmodelled_motion_is_inconsistent() {
     assert!(machine.last().unwrap().innovations.failures > 0);
 }
 
+/// A table whose axes are set the wrong way round: the estimate says that its heading is not to be believed.
+#[test]
+fn wrong_axes_of_the_table_are_told() {
+    for (swapped, doubted) in [(false, false), (true, true)] {
+        let mut settings = Settings::default();
+        if swapped {
+            std::mem::swap(&mut settings.turntable.outer, &mut settings.turntable.inner);
+        }
+        let mut machine = SelfCalibration::new(settings).unwrap();
+        for tick in simulation(&Scheme::eight_position(), 0.0, 10.0, 0.4, 10) {
+            feed(&mut machine, &tick.unwrap()).unwrap();
+        }
+        assert_eq!(machine.last().unwrap().axes_doubt().is_some(), doubted);
+    }
+}
+
 /// No position, or too few samples: one line says what was missing.
 #[test]
 fn an_alignment_without_what_it_needs_says_so() {

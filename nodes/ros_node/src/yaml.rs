@@ -21,7 +21,10 @@ impl Yaml {
         if text.trim().is_empty() {
             return Ok(Self::Null);
         }
-        serde_saphyr::from_str(text).map_err(|error| one_line(&error.to_string()))
+        // YAML 1.2: only true and false are booleans. By the older rule, `outer_axis: y` would be one.
+        let options = serde_saphyr::options! { strict_booleans: true };
+        serde_saphyr::from_str_with_options(text, options)
+            .map_err(|error| one_line(&error.to_string()))
     }
 }
 
@@ -131,6 +134,7 @@ mod tests {
         assert_eq!(value("1e-3"), Yaml::Double(1e-3));
         assert_eq!(value("1.0"), Yaml::Double(1.0));
         assert_eq!(value("'1'"), Yaml::String("1".into()));
+        assert_eq!(value("y"), Yaml::String("y".into()));
         assert_eq!(value("imu_link"), Yaml::String("imu_link".into()));
         assert_eq!(value("/a/b"), Yaml::String("/a/b".into()));
         assert_eq!(value(""), Yaml::Null);

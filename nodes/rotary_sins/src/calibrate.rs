@@ -123,7 +123,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     settings.thresholds = options.thresholds.thresholds();
     let mut calibrator = Calibrator::new(&settings)?;
     let mut said = 0.0;
-    let notes = options
+    let mut notes = options
         .input
         .feed(&bag, "calibrating", |sample, progress| {
             if let Some(estimate) = calibrator.ingest(&sample)?
@@ -138,6 +138,11 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
+    if let Some(doubt) = estimate.axes_doubt() {
+        let line = format!("{}: {doubt}", bag.path().display());
+        output::note(&line);
+        notes.lines.push(line);
+    }
     if let Some(path) = &options.output {
         calibration_file::write(path, &estimate, bag.path())?;
     }
@@ -146,7 +151,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     } else {
         output::text_line(&text(&estimate))?;
     }
-    Ok(if estimate.phase == Phase::Converged {
+    let consistent = estimate.innovations.failures == 0;
+    Ok(if consistent && estimate.phase == Phase::Converged {
         Outcome::Reached
     } else {
         Outcome::Missed

@@ -81,8 +81,8 @@ impl Calibrator {
     ///
     /// # Errors
     /// [`Error::Setting`].
-    pub fn new(settings: Settings, source: &str, silence: Duration) -> Result<Self, Error> {
-        let machine = SelfCalibration::new(settings)?;
+    pub fn new(settings: &Settings, source: &str, silence: Duration) -> Result<Self, Error> {
+        let machine = SelfCalibration::new(*settings)?;
         Ok(Self {
             phase: machine.phase(),
             machine,
@@ -428,6 +428,9 @@ impl Calibrator {
             .with("NIS mean", format!("{:.4}", innovations.window_mean))
             .with("NIS bound", format!("{:.4}", innovations.window_bound))
             .with("NIS failures", innovations.failures);
+        if let Some(doubt) = latest.axes_doubt() {
+            report = report.worsened(Level::Warn, &doubt);
+        }
         if self.phase == Phase::Inconsistent {
             let why = phase::reason(
                 Phase::Calibrating,

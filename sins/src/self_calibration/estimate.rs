@@ -42,6 +42,9 @@ impl Phase {
     }
 }
 
+/// A turn of the ship above this while the table works \[rad\] says that the table's axes are set wrong.
+const IMPLAUSIBLE_TURN_RAD: f64 = 0.35;
+
 /// What happened to the samples on the way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleReport {
@@ -79,6 +82,9 @@ pub struct Estimate {
     pub navigation: NavigationState,
     /// Attitude of the ship: the block's with both joints turned back to zero.
     pub vehicle: HeadingPitchRoll,
+    /// How far that has turned since fine alignment began \[rad\]. A moored ship does not turn by tens of degrees: if this does,
+    /// the joints turn about other axes than the settings say.
+    pub vehicle_turn_rad: f64,
     /// The thirteen states; what has been fed back is zero in the first seven and included in the sensor errors.
     pub state: StateVector,
     /// Covariance of the states.
@@ -135,6 +141,18 @@ impl Estimate {
             pitch: along(Vector3::new(cos, -sin, 0.0)),
             roll: along(Vector3::new(sin, cos, 0.0)),
         }
+    }
+
+    /// Says so where the ship seems to turn with the table, for heading, pitch and roll are then meaningless. The sensor
+    /// errors and the block's attitude do not depend on the joints.
+    pub fn axes_doubt(&self) -> Option<String> {
+        (self.vehicle_turn_rad > IMPLAUSIBLE_TURN_RAD).then(|| {
+            format!(
+                "the ship seems to have turned by {:.0} deg with the table: heading, pitch and roll are wrong, \
+                 for outer_axis and inner_axis are not the table's",
+                self.vehicle_turn_rad.to_degrees()
+            )
+        })
     }
 
     /// The calibration that this estimate amounts to.

@@ -54,6 +54,8 @@ struct Run {
     /// Attitude when fine alignment began; the turn from it begins calibration.
     reference_attitude: UnitQuaternion<f64>,
     turned: bool,
+    /// Attitude of the ship when fine alignment began, by the joints and the table's axes as they are set.
+    reference_vehicle: UnitQuaternion<f64>,
 }
 
 /// What is gathered before the filter can start.
@@ -375,6 +377,7 @@ impl SelfCalibration {
             failures: 0,
             reference_attitude: coarse.at_start,
             turned: false,
+            reference_vehicle: coarse.at_start,
         };
         let mut last_update = None;
         for step in &gathering.backlog {
@@ -384,6 +387,9 @@ impl SelfCalibration {
         }
         run.filter.close_loop();
         run.reference_attitude = run.filter.navigation().attitude;
+        if let Some(stamp) = last_update {
+            run.reference_vehicle = self.vehicle_attitude(&run, stamp);
+        }
         self.last = last_update.map(|stamp| self.estimate(&run, stamp));
         self.stage = Stage::Running(Box::new(run));
         Ok(())
@@ -474,17 +480,21 @@ impl SelfCalibration {
         }
     }
 
+    /// The block's attitude with both joints turned back to zero.
+    fn vehicle_attitude(&self, run: &Run, stamp: Stamp) -> UnitQuaternion<f64> {
+        let angles = self.joints.angles_at(stamp);
+        run.filter.navigation().attitude * self.settings.turntable.attitude(angles).inverse()
+    }
+
     fn estimate(&self, run: &Run, stamp: Stamp) -> Estimate {
         let navigation = *run.filter.navigation();
         let covariance: StateMatrix = *run.filter.covariance();
-        let table = self
-            .settings
-            .turntable
-            .attitude(self.joints.angles_at(stamp));
+        let vehicle = self.vehicle_attitude(run, stamp);
         Estimate {
             stamp,
             phase: self.phase_of(run),
-            vehicle: HeadingPitchRoll::from_attitude(&(navigation.attitude * table.inverse())),
+            vehicle: HeadingPitchRoll::from_attitude(&vehicle),
+            vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
             navigation,
             state: run.filter.state(),
             covariance,
