@@ -39,7 +39,11 @@ fn pipeline(criterion: &mut Criterion) {
         });
     });
     group.bench_function("simulation", |b| {
-        b.iter(|| simulation().map(|tick| tick.unwrap().imu.angular_rate.x).sum::<f64>());
+        b.iter(|| {
+            simulation()
+                .map(|tick| tick.unwrap().imu.angular_rate.x)
+                .sum::<f64>()
+        });
     });
     group.finish();
 }

@@ -5,8 +5,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use ros2_client::{Message, MessageTypeName, Name};
-use rustdds::{RTPSEntity, Topic};
 use rustdds::policy::{Durability, Reliability};
+use rustdds::{RTPSEntity, Topic};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 

@@ -61,13 +61,20 @@ enum Outcome {
 fn main() -> ExitCode {
     // What comes behind --ros-args is for the node of `record` and `play`.
     let mut arguments: Vec<String> = std::env::args().collect();
-    let ros_from = arguments.iter().position(|argument| argument == "--ros-args");
-    let ros_arguments = ros_from.map(|at| arguments.split_off(at)).unwrap_or_default();
+    let ros_from = arguments
+        .iter()
+        .position(|argument| argument == "--ros-args");
+    let ros_arguments = ros_from
+        .map(|at| arguments.split_off(at))
+        .unwrap_or_default();
     match dispatch(Cli::parse_from(arguments).command, ros_arguments) {
         Ok(status) => status,
         Err(error) => {
             // One line, whatever the causes wrote.
-            let line = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
+            let line = format!("{error:#}")
+                .split_whitespace()
+                .collect::<Vec<_>>()
+                .join(" ");
             eprintln!("rotary-sins: {line}");
             ExitCode::from(2)
         }
