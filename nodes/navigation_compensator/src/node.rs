@@ -89,11 +89,15 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             calibration = calibrations.recv() => shared.lock().calibration(&calibration),
             Some(batch) = joints.recv() => {
                 let mut compensator = shared.lock();
-                batch.iter().for_each(|message| compensator.joints(message, &mut publish));
+                for message in &batch {
+                    compensator.joints(message, &mut publish);
+                }
             }
             Some(batch) = samples.recv() => {
                 let mut compensator = shared.lock();
-                batch.iter().for_each(|message| compensator.imu(message, &mut publish));
+                for message in &batch {
+                    compensator.imu(message, &mut publish);
+                }
             }
         }
     }

@@ -15,7 +15,7 @@ fn calibrator() -> Calibrator {
         coarse_alignment_min_s: 10.0,
         ..Settings::default()
     };
-    Calibrator::new(settings, "/test", Duration::from_millis(50)).unwrap()
+    Calibrator::new(&settings, "/test", Duration::from_millis(50)).unwrap()
 }
 
 fn fix(latitude: f64, status: i8) -> NavSatFix {
@@ -112,11 +112,11 @@ fn a_missing_joint_is_refused() {
 fn service_needs_an_estimate() {
     let mut calibrator = calibrator();
     calibrator.fix(&fix(45.0, 0));
-    feed(&mut calibrator, 0..100);
+    feed(&mut calibrator, 0..101);
     let (refused, nothing) = calibrator.publish_request();
     assert!(!refused.success && nothing.is_none());
     assert!(refused.message.contains("50 %"), "{}", refused.message);
-    feed(&mut calibrator, 100..301);
+    feed(&mut calibrator, 101..301);
     let (granted, calibration) = calibrator.publish_request();
     assert!(granted.success);
     let calibration = calibration.unwrap();

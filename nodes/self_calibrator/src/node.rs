@@ -57,7 +57,7 @@ impl Publishers {
 pub async fn main(node: Node) -> anyhow::Result<()> {
     let settings = parameters::settings(node.parameters())?;
     let silence = Duration::from_secs_f64(node.parameter("silence_s")?);
-    let calibrator = Calibrator::new(settings, &node.fully_qualified_name(), silence)?;
+    let calibrator = Calibrator::new(&settings, &node.fully_qualified_name(), silence)?;
     let shared = Shared(Arc::new(Mutex::new(calibrator)));
     let publishers = Publishers {
         estimate: node.publisher(topic::ESTIMATE, Qos::latched(100))?,
@@ -88,7 +88,9 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             fix = fixes.recv() => shared.lock().fix(&fix),
             Some(batch) = joints.recv() => {
                 let mut calibrator = shared.lock();
-                batch.iter().for_each(|message| calibrator.joints(message));
+                for message in &batch {
+                    calibrator.joints(message);
+                }
             }
             velocity = next(&mut velocities) => shared.lock().velocity(&velocity),
             status = scheme.recv() => {
@@ -100,7 +102,9 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                     let mut calibrator = shared.lock();
                     batch.iter().filter_map(|message| calibrator.imu(message)).collect()
                 };
-                outputs.into_iter().for_each(|output| publishers.publish(output));
+                for output in outputs {
+                    publishers.publish(output);
+                }
             }
             _ = ticks.tick() => {
                 let calibration = shared.lock().tick();

@@ -15,161 +15,93 @@ use sins::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 #[allow(clippy::cast_possible_wrap, reason = "a small constant")]
 const QUEUE_DEPTH: i64 = SENSOR_DEPTH as i64;
 
+/// Numbers: name, default, unit, least, greatest, what it is.
+#[rustfmt::skip]
+const NUMBERS: [(&str, f64, &str, f64, f64, &str); 16] = [
+    ("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
+        "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
+    ("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
+        "white noise of the accelerometers; 0: from the covariances of the Imu messages"),
+    ("prior_position_m", 10.0, "m", 1e-3, 1e6,
+        "initial 1 sigma of the position, each axis"),
+    ("prior_velocity_m_s", 0.01, "m/s", 1e-6, 100.0,
+        "initial 1 sigma of the velocity, each axis"),
+    ("moored_sigma_m_s", 0.01, "m/s", 1e-6, 10.0,
+        "1 sigma of the moored ship's residual velocity, each axis"),
+    ("velocity_patience_s", 2.0, "s", 0.01, 3600.0,
+        "how much later than its sample, by the stamps, a measured velocity may come"),
+    ("update_interval_s", 1.0, "s", 0.01, 60.0,
+        "time between covariance steps, and between estimates"),
+    ("coarse_alignment_s", 300.0, "s", 10.0, 7200.0,
+        "length of coarse alignment"),
+    ("coarse_alignment_min_s", 60.0, "s", 1.0, 7200.0,
+        "shortest coarse alignment, where the samples end early"),
+    ("coarse_residual_limit_m_s", 1.0, "m/s", 1e-3, 100.0,
+        "velocity that coarse alignment may leave unexplained"),
+    ("azimuth_threshold_arcmin", 1.0, "arcmin", 0.0, 1e4,
+        "1 sigma below which the azimuth counts as found; 0: not asked for"),
+    ("level_threshold_arcmin", 0.0, "arcmin", 0.0, 1e4,
+        "1 sigma below which the level counts as found; 0: not asked for"),
+    ("innovation_false_alarm", 1e-6, "1", 1e-12, 0.4,
+        "probability that the innovation test fails over one window when all is well"),
+    ("turn_deg", 10.0, "deg", 0.1, 180.0,
+        "turn of the block that ends fine alignment and begins calibration"),
+    ("restart_gap_s", 5.0, "s", 0.01, 3600.0,
+        "a longer hole in the samples, or a step back in time, starts the alignment anew"),
+    ("silence_s", 3.0, "s", 0.1, 3600.0,
+        "an input topic that is silent for longer is a fault"),
+];
+
+/// Numbers for the axes x, y, z: name, default, unit, greatest, what it is.
+#[rustfmt::skip]
+const TRIPLES: [(&str, f64, &str, f64, &str); 4] = [
+    ("prior_accelerometer_bias_ug", 100.0, "ug", 1e6, "initial 1 sigma of the biases x, y, z"),
+    ("prior_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e4, "initial 1 sigma of the drifts x, y, z"),
+    ("gyroscope_drift_threshold_deg_per_hour", 0.002, "deg/h", 1e4,
+        "1 sigma below which the drifts x, y, z count as found; 0: not asked for"),
+    ("accelerometer_bias_threshold_ug", 10.0, "ug", 1e6,
+        "1 sigma below which the biases x, y, z count as found; 0: not asked for"),
+];
+
 /// Every parameter with unit, range and default. The defaults are those of [`Settings`].
 pub fn declarations() -> Vec<Parameter> {
-    let mut all = filter_declarations();
-    all.extend(decision_declarations());
-    all
-}
-
-/// What the filter assumes.
-fn filter_declarations() -> Vec<Parameter> {
-    let double = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
-        Parameter::new(name, default)
-            .unit(unit)
-            .range(from, to)
-            .describe(text)
-    };
-    let triple = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
-        Parameter::new(name, vec![default; 3])
-            .length(3)
-            .unit(unit)
-            .range(from, to)
-            .describe(text)
-    };
-    vec![
+    let axes = ["x", "y", "z"];
+    let mut all = vec![
         Parameter::new("outer_axis", "x")
-            .one_of(&["x", "y", "z"])
+            .one_of(&axes)
             .describe("axis of the block, at zero joint angles, that outer_joint turns about"),
         Parameter::new("inner_axis", "y")
-            .one_of(&["x", "y", "z"])
+            .one_of(&axes)
             .describe("axis of the block, at zero joint angles, that inner_joint turns about"),
-        double("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
-            "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
-        double("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
-            "white noise of the accelerometers; 0: from the covariances of the Imu messages"),
-        double("prior_position_m", 10.0, "m", 1e-3, 1e6, "initial 1 sigma of the position, each axis"),
-        double("prior_velocity_m_s", 0.01, "m/s", 1e-6, 100.0, "initial 1 sigma of the velocity, each axis"),
-        Parameter::new("prior_misalignment_deg", vec![1.0, 1.0, 10.0]).length(3).unit("deg").range(1e-4, 180.0)
-            .describe("initial 1 sigma of the attitude about East, North, Up; wide, for the filter itself finds what the coarse alignment is worth"),
-        triple("prior_accelerometer_bias_ug", 100.0, "ug", 1e-6, 1e6, "initial 1 sigma of the biases x, y, z"),
-        triple("prior_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e-9, 1e4, "initial 1 sigma of the drifts x, y, z"),
-        Parameter::new("velocity_reference", "moored").one_of(&["moored", "measured"])
+        Parameter::new("velocity_reference", "moored")
+            .one_of(&["moored", "measured"])
             .describe("moored: the ship's velocity is zero; measured: it comes on aiding/velocity"),
-        double("moored_sigma_m_s", 0.01, "m/s", 1e-6, 10.0, "1 sigma of the moored ship's residual velocity, each axis"),
-        double("velocity_patience_s", 2.0, "s", 0.01, 3600.0,
-            "how much later than its sample, by the stamps, a measured velocity may come"),
-        double("update_interval_s", 1.0, "s", 0.01, 60.0, "time between covariance steps, and between estimates"),
-    ]
-}
-
-/// When it begins, when it is done, when it gives up.
-fn decision_declarations() -> Vec<Parameter> {
-    let double = |name: &str, default: f64, unit: &str, from: f64, to: f64, text: &str| {
-        Parameter::new(name, default)
-            .unit(unit)
-            .range(from, to)
-            .describe(text)
-    };
-    let triple = |name: &str, default: f64, unit: &str, text: &str| {
-        Parameter::new(name, vec![default; 3])
+        Parameter::new("prior_misalignment_deg", vec![1.0, 1.0, 10.0])
             .length(3)
-            .unit(unit)
-            .range(0.0, 1e6)
-            .describe(text)
-    };
-    vec![
-        double(
-            "coarse_alignment_s",
-            300.0,
-            "s",
-            10.0,
-            7200.0,
-            "length of coarse alignment",
-        ),
-        double(
-            "coarse_alignment_min_s",
-            60.0,
-            "s",
-            1.0,
-            7200.0,
-            "shortest coarse alignment, where the samples end early",
-        ),
-        double(
-            "coarse_residual_limit_m_s",
-            1.0,
-            "m/s",
-            1e-3,
-            100.0,
-            "velocity that coarse alignment may leave unexplained",
-        ),
-        triple(
-            "gyroscope_drift_threshold_deg_per_hour",
-            0.002,
-            "deg/h",
-            "1 sigma below which the drifts x, y, z count as found; 0: not asked for",
-        ),
-        triple(
-            "accelerometer_bias_threshold_ug",
-            10.0,
-            "ug",
-            "1 sigma below which the biases x, y, z count as found; 0: not asked for",
-        ),
-        double(
-            "azimuth_threshold_arcmin",
-            1.0,
-            "arcmin",
-            0.0,
-            1e4,
-            "1 sigma below which the azimuth counts as found; 0: not asked for",
-        ),
-        double(
-            "level_threshold_arcmin",
-            0.0,
-            "arcmin",
-            0.0,
-            1e4,
-            "1 sigma below which the level counts as found; 0: not asked for",
-        ),
+            .unit("deg")
+            .range(1e-4, 180.0)
+            .describe("initial 1 sigma of the attitude about East, North, Up; wide: the filter itself finds what the coarse alignment is worth"),
         Parameter::new("innovation_window_updates", 300_i64)
             .range(10.0, 100_000.0)
             .describe("length of the innovation test in updates"),
-        double(
-            "innovation_false_alarm",
-            1e-6,
-            "1",
-            1e-12,
-            0.4,
-            "probability that the innovation test fails over one window when all is well",
-        ),
-        double(
-            "turn_deg",
-            10.0,
-            "deg",
-            0.1,
-            180.0,
-            "turn of the block that ends fine alignment and begins calibration",
-        ),
-        double(
-            "restart_gap_s",
-            5.0,
-            "s",
-            0.01,
-            3600.0,
-            "a longer hole in the samples, or a step back in time, starts the alignment anew",
-        ),
-        Parameter::new("queue_depth", QUEUE_DEPTH).range(10.0, 1e6).describe(
-            "samples, and joint states, that the middleware keeps until the node takes them; more for accelerated time",
-        ),
-        double(
-            "silence_s",
-            3.0,
-            "s",
-            0.1,
-            3600.0,
-            "an input topic that is silent for longer is a fault",
-        ),
-    ]
+        Parameter::new("queue_depth", QUEUE_DEPTH)
+            .range(10.0, 1e6)
+            .describe("samples, and joint states, that the middleware keeps until the node takes them; more for accelerated time"),
+    ];
+    all.extend(NUMBERS.map(|(name, default, unit, from, to, text)| {
+        Parameter::new(name, default)
+            .unit(unit)
+            .range(from, to)
+            .describe(text)
+    }));
+    all.extend(TRIPLES.map(|(name, default, unit, to, text)| {
+        Parameter::new(name, vec![default; 3])
+            .length(3)
+            .unit(unit)
+            .range(0.0, to)
+            .describe(text)
+    }));
+    all
 }
 
 /// The settings that the parameters amount to.
