@@ -24,6 +24,7 @@ use crate::error::Error;
 use crate::estimation::consistency::InnovationWindow;
 use crate::estimation::error_state::{StateMatrix, StateVector};
 use crate::estimation::filter::{ErrorFilter, Loop, VelocityMeasurement};
+use crate::estimation::kalman::Innovation;
 use crate::imu::{ImuSample, NoiseDensity};
 use crate::joint_history::JointHistory;
 use crate::rotation::HeadingPitchRoll;
@@ -79,12 +80,10 @@ enum Stage {
 pub struct SelfCalibration {
     settings: Settings,
     stepper: Stepper,
-    missing_velocities: u64,
     start: Option<Stamp>,
     position: Option<PositionFix>,
     joints: JointHistory,
-    velocities: VecDeque<(Stamp, VelocityMeasurement)>,
-    last_velocity: Option<Stamp>,
+    velocities: Velocities,
     waiting: VecDeque<ImuSample>,
     stage: Stage,
     last: Option<Estimate>,
@@ -100,12 +99,10 @@ impl SelfCalibration {
         Ok(Self {
             settings,
             stepper: Stepper::new(settings.restart_gap_s),
-            missing_velocities: 0,
             start: None,
             position: None,
             joints: JointHistory::default(),
-            velocities: VecDeque::new(),
-            last_velocity: None,
+            velocities: Velocities::default(),
             waiting: VecDeque::new(),
             stage: Stage::Gathering(Box::default()),
             last: None,
@@ -189,11 +186,8 @@ impl SelfCalibration {
                 "positive numbers",
             ));
         }
-        if matches!(self.settings.reference, Reference::Measured { .. })
-            && self.last_velocity.is_none_or(|last| stamp > last)
-        {
-            self.velocities.push_back((stamp, measurement));
-            self.last_velocity = Some(stamp);
+        if matches!(self.settings.reference, Reference::Measured { .. }) {
+            self.velocities.push(stamp, measurement);
         }
         Ok(())
     }
@@ -210,7 +204,7 @@ impl SelfCalibration {
         self.waiting.push_back(*sample);
         let mut latest = None;
         while let Some(first) = self.waiting.front() {
-            let covered = self.last_velocity.is_some_and(|last| last >= first.stamp);
+            let covered = self.velocities.last.is_some_and(|last| last >= first.stamp);
             if !covered && sample.stamp.seconds_since(first.stamp) <= patience_s {
                 break;
             }
@@ -282,7 +276,7 @@ impl SelfCalibration {
             counts: self.stepper.counts(),
             not_finite: self.stepper.not_finite(),
             restarts: self.stepper.jumps(),
-            missing_velocities: self.missing_velocities,
+            missing_velocities: self.velocities.missing,
         }
     }
 
@@ -320,7 +314,15 @@ impl SelfCalibration {
             Arrival::Step(step) => step,
         };
         match &mut self.stage {
-            Stage::Running(_) => Ok(self.advance(&step)),
+            Stage::Running(run) => {
+                if !run.advance(&step, &self.settings, &mut self.velocities) {
+                    return Ok(None);
+                }
+                if let Stage::Running(run) = &self.stage {
+                    self.last = Some(self.estimate(run, step.stamp));
+                }
+                Ok(self.last.clone())
+            }
             Stage::Gathering(gathering) => {
                 gathering.coarse.ingest(&step.increment);
                 gathering.backlog.push(step);
@@ -381,7 +383,7 @@ impl SelfCalibration {
         };
         let mut last_update = None;
         for step in &gathering.backlog {
-            if self.run_step(&mut run, step) {
+            if run.advance(step, &self.settings, &mut self.velocities) {
                 last_update = Some(step.stamp);
             }
         }
@@ -393,73 +395,6 @@ impl SelfCalibration {
         self.last = last_update.map(|stamp| self.estimate(&run, stamp));
         self.stage = Stage::Running(Box::new(run));
         Ok(())
-    }
-
-    /// One step of the running filter.
-    fn advance(&mut self, step: &Step) -> Option<Estimate> {
-        let Stage::Running(mut run) =
-            std::mem::replace(&mut self.stage, Stage::Gathering(Box::default()))
-        else {
-            return None;
-        };
-        let updated = self.run_step(&mut run, step);
-        if updated {
-            self.last = Some(self.estimate(&run, step.stamp));
-        }
-        self.stage = Stage::Running(run);
-        updated.then(|| self.last.clone()).flatten()
-    }
-
-    /// Propagates, and at the end of a covariance step updates. Says whether the step ended.
-    fn run_step(&mut self, run: &mut Run, step: &Step) -> bool {
-        if let Some([angle, velocity]) = step.bridged {
-            run.filter.bridge(angle, velocity);
-        }
-        run.filter.propagate(&step.increment);
-        let half_sample = seconds_to_nanos(0.5 * step.increment.interval_s);
-        let due = step.stamp.plus_nanos(half_sample) >= run.next_step;
-        let measurement = match self.settings.reference {
-            Reference::Moored { sigma_m_s } => due.then_some(VelocityMeasurement {
-                east_north: [0.0; 2],
-                sigma: [sigma_m_s; 2],
-            }),
-            Reference::Measured { .. } => self.velocity_at(step.stamp),
-        };
-        if !due && measurement.is_none() {
-            return false;
-        }
-        run.filter.step();
-        if let Some(measurement) = measurement {
-            let innovations = run.filter.update_velocity(&measurement);
-            run.last_normalized = innovations
-                .iter()
-                .map(crate::estimation::kalman::Innovation::normalized_squared)
-                .sum();
-            run.window.push(run.last_normalized);
-            run.failures += u64::from(!run.window.passes());
-        } else {
-            self.missing_velocities += 1;
-        }
-        let period = seconds_to_nanos(self.settings.step_s);
-        while run.next_step <= step.stamp.plus_nanos(half_sample) {
-            run.next_step = run.next_step.plus_nanos(period);
-        }
-        run.turned |= run
-            .filter
-            .navigation()
-            .attitude
-            .angle_to(&run.reference_attitude)
-            > self.settings.turn_rad;
-        true
-    }
-
-    /// The last velocity measurement at or before `stamp` that has not been used.
-    fn velocity_at(&mut self, stamp: Stamp) -> Option<VelocityMeasurement> {
-        let mut found = None;
-        while self.velocities.front().is_some_and(|(t, _)| *t <= stamp) {
-            found = self.velocities.pop_front().map(|(_, m)| m);
-        }
-        found
     }
 
     fn phase_of(&self, run: &Run) -> Phase {
@@ -507,6 +442,71 @@ impl SelfCalibration {
             samples: self.samples(),
             duration_s: self.start.map_or(0.0, |start| stamp.seconds_since(start)),
         }
+    }
+}
+
+impl Run {
+    /// Propagates, and at the end of a covariance step updates. Says whether the step ended.
+    fn advance(&mut self, step: &Step, settings: &Settings, velocities: &mut Velocities) -> bool {
+        if let Some([angle, velocity]) = step.bridged {
+            self.filter.bridge(angle, velocity);
+        }
+        self.filter.propagate(&step.increment);
+        let half_sample = seconds_to_nanos(0.5 * step.increment.interval_s);
+        let due = step.stamp.plus_nanos(half_sample) >= self.next_step;
+        let measurement = match settings.reference {
+            Reference::Moored { sigma_m_s } => due.then_some(VelocityMeasurement {
+                east_north: [0.0; 2],
+                sigma: [sigma_m_s; 2],
+            }),
+            Reference::Measured { .. } => velocities.take_until(step.stamp),
+        };
+        if !due && measurement.is_none() {
+            return false;
+        }
+        self.filter.step();
+        if let Some(measurement) = measurement {
+            let innovations = self.filter.update_velocity(&measurement);
+            self.last_normalized = innovations.iter().map(Innovation::normalized_squared).sum();
+            self.window.push(self.last_normalized);
+            self.failures += u64::from(!self.window.passes());
+        } else {
+            velocities.missing += 1;
+        }
+        let period = seconds_to_nanos(settings.step_s);
+        while self.next_step <= step.stamp.plus_nanos(half_sample) {
+            self.next_step = self.next_step.plus_nanos(period);
+        }
+        let attitude = self.filter.navigation().attitude;
+        self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
+        true
+    }
+}
+
+/// Velocity measurements that wait for the samples of their time.
+#[derive(Clone, Debug, Default)]
+struct Velocities {
+    queue: VecDeque<(Stamp, VelocityMeasurement)>,
+    last: Option<Stamp>,
+    missing: u64,
+}
+
+impl Velocities {
+    /// Takes a measurement that is later than all before.
+    fn push(&mut self, stamp: Stamp, measurement: VelocityMeasurement) {
+        if self.last.is_none_or(|last| stamp > last) {
+            self.queue.push_back((stamp, measurement));
+            self.last = Some(stamp);
+        }
+    }
+
+    /// The last measurement at or before `stamp` that has not been used.
+    fn take_until(&mut self, stamp: Stamp) -> Option<VelocityMeasurement> {
+        let mut found = None;
+        while self.queue.front().is_some_and(|(t, _)| *t <= stamp) {
+            found = self.queue.pop_front().map(|(_, m)| m);
+        }
+        found
     }
 }
 
