@@ -177,13 +177,13 @@ impl Running {
         if self.status.is_some() {
             return Ok(());
         }
-        let status = match tokio::time::timeout_at(deadline, self.child.wait()).await {
-            Ok(status) => status,
-            Err(_) => {
-                self.killed = true;
-                self.child.start_kill()?;
-                self.child.wait().await
-            }
+        let in_time = tokio::time::timeout_at(deadline, self.child.wait()).await;
+        let status = if let Ok(status) = in_time {
+            status
+        } else {
+            self.killed = true;
+            self.child.start_kill()?;
+            self.child.wait().await
         };
         self.status = Some(status.with_context(|| format!("waiting for {}", self.name))?);
         Ok(())

@@ -137,7 +137,7 @@ impl Watch {
         };
         let status = Qos::latched(10);
         watch.listen("scheme/status", status, |seen, message| {
-            seen.scheme = Some(message)
+            seen.scheme = Some(message);
         })?;
         watch.listen(
             "self_calibration/estimate",
