@@ -1,13 +1,13 @@
 """Reads topics: observe.py NAME TYPE COUNT [NAME TYPE COUNT ...]
 
 Waits for COUNT messages of each; answers with the first and the last of them and with the graph as rclpy sees it.
-A COUNT that ends in `L` asks for the latched messages: transient local.
+A COUNT that ends in `L` asks for the latched messages, transient local; one that ends in `B` for best effort.
 """
 
 import sys
 
 import rclpy
-from peer import answer, message_type, plain, reliable, spin_until
+from peer import answer, best_effort, message_type, plain, reliable, spin_until
 
 rclpy.init()
 node = rclpy.create_node("observer")
@@ -15,11 +15,10 @@ wanted = {}
 received = {}
 arguments = sys.argv[1:]
 for name, type_name, count in zip(arguments[0::3], arguments[1::3], arguments[2::3]):
-    wanted[name] = int(count.rstrip("L"))
+    wanted[name] = int(count.rstrip("LB"))
     received[name] = []
-    node.create_subscription(
-        message_type(type_name), name, received[name].append, reliable(latched=count.endswith("L"))
-    )
+    qos = best_effort() if count.endswith("B") else reliable(latched=count.endswith("L"))
+    node.create_subscription(message_type(type_name), name, received[name].append, qos)
 spin_until(
     node,
     lambda: all(len(received[name]) >= count for name, count in wanted.items()),

@@ -30,6 +30,11 @@ def reliable(depth=1000, latched=False):
     return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
 
 
+def best_effort(depth=100):
+    """What /clock is offered with."""
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
 def spin_until(node, condition, what, timeout=60.0):
     """Spins until the condition holds; ends the program with a line where it does not in time."""
     end = time.monotonic() + timeout

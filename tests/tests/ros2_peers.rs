@@ -83,7 +83,7 @@ fn see_and_read(python: &Path) {
                 "rotary_sins_msgs/msg/Calibration",
                 "1L",
             ),
-            ("/clock", "rosgraph_msgs/msg/Clock", "2"),
+            ("/clock", "rosgraph_msgs/msg/Clock", "2B"),
             ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1"),
         ],
     );
