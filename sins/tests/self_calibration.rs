@@ -114,6 +114,8 @@ fn coarse_alignment_from_any_heading() {
 /// settle when `expected-results` says, and the errors end within 3.5 sigma.
 #[test]
 fn four_hours_of_eight_positions() {
+    use Phase::{Calibrating, CoarseAlignment, Converged, FineAlignment, WaitingForPosition};
+
     let settings = Settings {
         reference: Reference::Measured { patience_s: 5.0 },
         ..Settings::default()
@@ -143,7 +145,6 @@ fn four_hours_of_eight_positions() {
             phases.push(machine.phase());
         }
     }
-    use Phase::{Calibrating, CoarseAlignment, Converged, FineAlignment, WaitingForPosition};
     assert_eq!(
         phases,
         [
