@@ -34,7 +34,7 @@ fn agrees(name: &str, sigma: [f64; 9], table: [&str; 9]) {
     for (state, (ours, printed)) in sigma.iter().zip(table).enumerate() {
         let theirs: f64 = printed.parse().unwrap();
         let digits = printed.split('.').nth(1).map_or(0, str::len);
-        let tolerance = 0.02 * theirs + 0.5 * 10f64.powi(-(digits as i32));
+        let tolerance = 0.02 * theirs + 0.5 * 10f64.powi(-i32::try_from(digits).unwrap());
         assert!(
             (ours - theirs).abs() < tolerance,
             "{name}, state {state}: {ours} against {theirs}"
