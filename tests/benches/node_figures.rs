@@ -9,9 +9,9 @@ use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use ros_node::{Node, NodeBuilder, Qos};
+use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::builtin_interfaces::Time;
 use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState};
 
 const RATE_HZ: f64 = 200.0;
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         |node| async move {
             resources(&node).await;
             latency(&node).await;
-            Ok(())
+            Ok::<(), ros_node::Error>(())
         },
     )
 }
