@@ -26,13 +26,21 @@
 //! backend knows whole pixels only and no dash pattern for a path, so pictures are 2000 pixels wide, scaled by their `viewBox`,
 //! and dash patterns are put into the finished picture.
 
+// Rows, columns and pixels of a picture are far from the ends of an i32.
+#![allow(clippy::cast_possible_wrap)]
+
 mod chart;
 mod csv;
+mod curve;
 mod error;
 mod figure;
+mod layout;
 mod page;
 pub mod palette;
+mod pen;
+mod plan;
 mod table;
+mod ticks;
 
 pub use error::Error;
 pub use figure::{Axis, Band, Figure, Line, Mark, Panel, Scale, Series};
