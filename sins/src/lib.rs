@@ -33,6 +33,7 @@
 //! | F, G, H of the 13 states | [`estimation::error_state`] | Sensors 2015, 15, 3154, equations 25 to 29 |
 //! | Joseph form, scalar updates | [`estimation::kalman`] | Bucy and Joseph 1968 |
 //! | chi-square test of the innovations | [`estimation::consistency`] | Bar-Shalom 2001 |
+//! | global conditions, stripped matrix, degrees, bound | [`observability`] | the paper's section 2; Goshen-Meskin and Bar-Itzhack 1992 |
 //! | sensor error model | [`sensor_errors`] | the paper, with K_a lower triangular |
 //! | exact interval averages of the simulated IMU | [`simulation`] | Gauss-Legendre quadrature |
 
@@ -44,6 +45,7 @@ pub mod imu;
 pub mod joint_history;
 pub mod monte_carlo;
 pub mod navigator;
+pub mod observability;
 pub mod odometry;
 pub mod rotation;
 pub mod sampling;

@@ -5,7 +5,7 @@
 //! - rotation vector Δθ = α + k α₋ × α (coning),
 //! - velocity in the block frame of the start of the interval Δv = u + ½ α × u + k (α₋ × u + u₋ × α) (rotation, sculling),
 //! - v ← v + (I − ½ ζ×) C_b^n Δv + \[g − (2 ω_ie + ω_en) × v\] T, ζ = (ω_ie + ω_en) T,
-//! - C ← exp(−ζ×) C exp(Δθ×).
+//! - C ← exp(−ζ×) C exp(Δθ×), here ζ with the mean of the velocities before and after.
 //!
 //! The minus marks the interval before. For rates that are linear in time over both intervals, of lengths T₋ and T, the
 //! factor is k = T² / (6 T₋ (T₋ + T)), which is the textbook's 1/12 where T₋ = T (Savage, J. Guidance 21, 1998, for equal ones).
@@ -176,8 +176,11 @@ impl Strapdown {
         self.state.longitude +=
             mean.x / (self.earth.transverse_radius_m * self.earth.cos_latitude) * interval;
         self.state.velocity = velocity;
+        // The frame turns with the mean velocity: with the one before, Schuler's oscillation would grow by
+        // (ν T)²/4 a step, 10 % in three days at one sample a second; so it neither grows nor dies.
+        let mean_frame_rotation = (earth_rate + self.earth.transport_rate(&mean)) * interval;
         self.set_attitude(
-            small_rotation(&-frame_rotation)
+            small_rotation(&-mean_frame_rotation)
                 * self.state.attitude
                 * small_rotation(&corrected.rotation),
         );
@@ -324,6 +327,36 @@ mod tests {
         });
         let coning = a.cross(&b) * t_now.powi(3) / 12.0;
         assert!((c.rotation - integral(0.0, t_now) - coning).norm() < 1e-9 * coning.norm() + 1e-18);
+    }
+
+    /// Schuler's oscillation keeps its amplitude over three days, at one sample a second: nothing in the integration feeds or
+    /// damps it.
+    #[test]
+    fn schuler_oscillation_keeps_its_amplitude() {
+        let latitude = 0.0;
+        let earth = LocalEarth::at(latitude, 0.0);
+        let start = NavigationState {
+            attitude: small_rotation(&Vector3::new(1e-5, 0.0, 0.0)),
+            velocity: Vector3::zeros(),
+            latitude,
+            longitude: 0.0,
+            height: 0.0,
+        };
+        let mut strapdown = Strapdown::new(start);
+        // A block that rests on the earth and is believed to be tilted by 1e-5.
+        let rate = earth.earth_rate();
+        let force = Vector3::z() * earth.gravity_m_s2;
+        let (mut first, mut last) = (0.0f64, 0.0f64);
+        for second in 0..72 * 3600 {
+            strapdown.propagate(&Increment::from_averages(1.0, &rate, &force));
+            let speed = strapdown.state().velocity.norm();
+            if second < 3 * 3600 {
+                first = first.max(speed);
+            } else if second >= 69 * 3600 {
+                last = last.max(speed);
+            }
+        }
+        assert!((last / first - 1.0).abs() < 0.01, "{first} {last}");
     }
 
     /// Perfect sensors at rest: after an hour velocity, position and attitude stand where they were.

@@ -2,22 +2,13 @@
 //! rest and after the ship has turned.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use sins::earth::LocalEarth;
-use sins::imu::NoiseDensity;
-use sins::monte_carlo::{MonteCarlo, RunResult, TrueErrors};
-use sins::navigator::{Navigator, NavigatorOutput, NavigatorSettings};
+use sins::monte_carlo::{MonteCarlo, RunResult, TrueErrors, Voyage};
 use sins::scheme::Scheme;
-use sins::self_calibration::Calibration;
-use sins::sensor_errors::SensorErrors;
-use sins::simulation::{ImuErrorSettings, ImuErrors, NoiseReading, TruthSample};
-use sins::strapdown::NavigationState;
-use sins::turntable::JointSample;
+use sins::simulation::NoiseReading;
 use sins::units::NAUTICAL_MILE_M;
 
 const RUNS: u64 = 20;
-const LATITUDE_DEG: f64 = 45.78;
 
 /// Calibrations of twenty IMUs, each with these errors or with errors drawn from P0.
 fn calibrations(scheme: &Scheme, errors: Option<TrueErrors>) -> Vec<RunResult> {
@@ -33,71 +24,18 @@ fn calibrations(scheme: &Scheme, errors: Option<TrueErrors>) -> Vec<RunResult> {
 
 /// Greatest horizontal position error in 24 h \[nmi\], with the calibration and without, of a ship that first turns by
 /// `turn_deg` and then lies still. The block stands as calibration left it.
-fn navigate(run: &RunResult, turn_deg: f64, noise: NoiseDensity) -> [f64; 2] {
-    let earth = LocalEarth::at(LATITUDE_DEG.to_radians(), 0.0);
-    // The true attitude at the end of calibration, from the estimate and what is left of its error.
-    let left = run
-        .snapshots
-        .last()
-        .unwrap()
-        .calibrated_error()
-        .fixed_rows::<3>(0)
-        .into_owned();
-    let mut attitude = UnitQuaternion::from_scaled_axis(left) * run.calibration.attitude;
-    let errors = SensorErrors::constant(run.truth.gyroscope_drift, run.truth.accelerometer_bias);
-    let mut imu = ImuErrors::new(ImuErrorSettings { errors, noise }, 1000 + run.run).unwrap();
-    let mut navigator = Navigator::new(NavigatorSettings::default()).unwrap();
-    let mut stamp = run.calibration.stamp;
-    let mut worst = [0.0f64; 2];
-    let mut feed = |attitude: &UnitQuaternion<f64>, turn_rate: f64, seconds: f64| {
-        stamp = stamp.plus_seconds(seconds);
-        let rate = earth.earth_rate() + Vector3::z() * turn_rate;
-        let truth = TruthSample {
-            stamp,
-            interval_nanos: (seconds * 1e9) as i64,
-            angular_rate: attitude.inverse() * rate,
-            specific_force: attitude.inverse() * (Vector3::z() * earth.gravity_m_s2),
-            joints: JointSample {
-                stamp,
-                position: [0.0; 2],
-                velocity: [0.0; 2],
-            },
-        };
-        let output: Option<NavigatorOutput> = navigator.ingest_imu(&imu.measure(&truth)).unwrap();
-        if let Some(output) = output {
-            for (worst, solution) in worst
-                .iter_mut()
-                .zip([output.compensated, output.uncompensated])
-            {
-                *worst = worst.max(position_error_nmi(&solution.navigation, &run.calibration));
-            }
-        } else {
-            // The first sample ends at the calibration's stamp plus one interval; the calibration then starts navigation.
-            let mut calibration = run.calibration.clone();
-            calibration.stamp = stamp;
-            navigator.ingest_calibration(calibration).unwrap();
-        }
+fn navigate(run: &RunResult, turn_deg: f64) -> [f64; 2] {
+    let voyage = Voyage {
+        turn_rad: turn_deg.to_radians(),
+        duration_s: 24.0 * 3600.0,
+        noise: NoiseReading::D.density(),
+        every_s: 60.0,
     };
-    let (step, seconds) = (0.1f64.to_radians(), 1.0);
-    feed(&attitude, 0.0, seconds);
-    for _ in 0..(turn_deg / 0.1).round() as usize {
-        // The turn about the vertical, with the attitude at the middle of the interval.
-        let middle = UnitQuaternion::from_scaled_axis(Vector3::z() * (0.5 * step)) * attitude;
-        feed(&middle, step / seconds, seconds);
-        attitude = UnitQuaternion::from_scaled_axis(Vector3::z() * step) * attitude;
-    }
-    for _ in 0..24 * 3600 {
-        feed(&attitude, 0.0, seconds);
-    }
-    worst
-}
-
-fn position_error_nmi(state: &NavigationState, mooring: &Calibration) -> f64 {
-    let earth = LocalEarth::at(mooring.latitude, mooring.height);
-    f64::hypot(
-        (state.latitude - mooring.latitude) * earth.meridian_radius_m,
-        (state.longitude - mooring.longitude) * earth.transverse_radius_m * earth.cos_latitude,
-    ) / NAUTICAL_MILE_M
+    let track = voyage.sail(&run.departure()).unwrap();
+    assert_eq!(track.times_s.len(), 24 * 60);
+    track
+        .greatest_m(voyage.duration_s)
+        .map(|m| m / NAUTICAL_MILE_M)
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -109,10 +47,7 @@ fn median(values: &mut [f64]) -> f64 {
 #[test]
 fn calibration_shrinks_the_position_error() {
     let runs = calibrations(&Scheme::eight_position(), Some(TrueErrors::table_1()));
-    let results: Vec<[f64; 2]> = runs
-        .par_iter()
-        .map(|run| navigate(run, 0.0, NoiseReading::D.density()))
-        .collect();
+    let results: Vec<[f64; 2]> = runs.par_iter().map(|run| navigate(run, 0.0)).collect();
     let mut with: Vec<f64> = results.iter().map(|r| r[0]).collect();
     let mut without: Vec<f64> = results.iter().map(|r| r[1]).collect();
     println!(
@@ -133,7 +68,7 @@ fn a_static_calibration_does_not_survive_a_turn() {
         let runs = calibrations(scheme, None);
         let squares: f64 = runs
             .par_iter()
-            .map(|run| navigate(run, 90.0, NoiseReading::D.density())[0].powi(2))
+            .map(|run| navigate(run, 90.0)[0].powi(2))
             .sum();
         (squares / RUNS as f64).sqrt()
     };

@@ -7,14 +7,17 @@
 mod align;
 mod calibrate;
 mod calibration_file;
+mod compare;
 mod demo;
 mod filter_options;
 mod info;
 mod navigate;
+mod observability;
 mod output;
 mod play;
 mod progress;
 mod record;
+mod scheme_options;
 mod sensor_input;
 mod simulate;
 
@@ -42,6 +45,10 @@ enum Command {
     Calibrate(calibrate::Options),
     /// Navigate freely with and without a calibration
     Navigate(navigate::Options),
+    /// Reproduce the paper's simulations, and judge its claims
+    Compare(compare::Options),
+    /// Say what a rotation scheme can show of the errors, and how well
+    Observability(observability::Options),
     /// Record topics of any type into a bag, until Ctrl-C
     Record(record::Options),
     /// Play the topics of a bag
@@ -91,6 +98,8 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Align(options) => align::run(&options)?,
         Command::Calibrate(options) => calibrate::run(&options)?,
         Command::Navigate(options) => navigate::run(&options)?,
+        Command::Compare(options) => compare::run(&options)?,
+        Command::Observability(options) => observability::run(&options)?,
         Command::Demo(options) => demo::run(&options)?,
     };
     Ok(match outcome {

@@ -1,8 +1,8 @@
 //! `rotary-sins simulate`: a ship, a turntable and an IMU into a bag.
 
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use bags::{BagWriter, Compression, NewTopic, Qos, TopicId, WriteOptions};
 use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
@@ -14,16 +14,20 @@ use rotary_sins_msgs::{
 use serde::Serialize;
 use sins::{
     imu::NoiseDensity,
-    scheme::{BUILTIN_NAMES, Scheme, Sequencer, sequencer::SequencerSettings},
+    scheme::{Sequencer, sequencer::SequencerSettings},
     simulation::{
-        ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings,
+        ImuErrorSettings, NoiseReading, PlantSettings, Run, Simulator, SimulatorSettings,
     },
     time::Stamp,
-    turntable::{Axis, Turntable},
+    turntable::Turntable,
     units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM},
 };
 
-use crate::{Outcome, output, progress::Progress};
+use crate::{
+    Outcome, output,
+    progress::Progress,
+    scheme_options::{self, ShipOptions, TableOptions},
+};
 
 /// Frame of the sensor block.
 const IMU_LINK: &str = "imu_link";
@@ -66,7 +70,7 @@ impl From<Packing> for Compression {
 /// Options of `simulate`.
 #[derive(Args)]
 pub struct Options {
-    /// eight-position, eight-position-yz, static, or a YAML file
+    /// eight-position, eight-position-yz, static, paper-experiment, or a YAML file
     #[arg(long, default_value = "eight-position", value_name = "NAME|FILE")]
     scheme: String,
     /// Length
@@ -84,60 +88,10 @@ pub struct Options {
     /// Packing of the bag
     #[arg(long, value_enum, default_value = "zstd")]
     compression: Packing,
-    /// Latitude of the ship
-    #[arg(
-        long,
-        default_value_t = 45.78,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    latitude_deg: f64,
-    /// Longitude of the ship
-    #[arg(
-        long,
-        default_value_t = 126.67,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    longitude_deg: f64,
-    /// Height of the ship above the ellipsoid
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "M",
-        allow_negative_numbers = true
-    )]
-    height_m: f64,
-    /// Heading of the y axis, clockwise from true north
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    heading_deg: f64,
-    /// Roll, starboard down positive
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    roll_deg: f64,
-    /// Pitch, bow up positive
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    pitch_deg: f64,
-    /// Axis of the block that the outer joint turns about (default: as the scheme needs it, x first)
-    #[arg(long, value_name = "x|y|z", requires = "inner_axis")]
-    outer_axis: Option<Axis>,
-    /// Axis of the block that the inner joint turns about
-    #[arg(long, value_name = "x|y|z", requires = "outer_axis")]
-    inner_axis: Option<Axis>,
+    #[command(flatten)]
+    ship: ShipOptions,
+    #[command(flatten)]
+    table: TableOptions,
     /// Joint states a second
     #[arg(long, default_value_t = 20.0, value_name = "HZ")]
     joint_state_rate: f64,
@@ -190,20 +144,6 @@ fn triple(name: &str, values: &[f64]) -> anyhow::Result<Vector3<f64>> {
 }
 
 impl Options {
-    fn scheme(&self) -> anyhow::Result<Scheme> {
-        if let Some(scheme) = Scheme::builtin(&self.scheme) {
-            return Ok(scheme);
-        }
-        let text = fs::read_to_string(&self.scheme).with_context(|| {
-            format!(
-                "scheme {}: neither one of {} nor a file",
-                self.scheme,
-                BUILTIN_NAMES.join(", ")
-            )
-        })?;
-        Ok(Scheme::from_yaml(&self.scheme, &text)?)
-    }
-
     fn errors(&self) -> anyhow::Result<ImuErrorSettings> {
         let mut settings = ImuErrorSettings::perfect();
         let errors = &mut settings.errors;
@@ -243,14 +183,7 @@ impl Options {
     fn settings(&self, turntable: Turntable) -> anyhow::Result<SimulatorSettings> {
         Ok(SimulatorSettings {
             plant: PlantSettings {
-                ship: Ship {
-                    latitude_rad: self.latitude_deg.to_radians(),
-                    longitude_rad: self.longitude_deg.to_radians(),
-                    height_m: self.height_m,
-                    heading_rad: self.heading_deg.to_radians(),
-                    roll_rad: self.roll_deg.to_radians(),
-                    pitch_rad: self.pitch_deg.to_radians(),
-                },
+                ship: self.ship.ship(),
                 turntable,
                 imu_rate_hz: self.rate,
                 start: Stamp::from_nanos(i64::from(self.start_time) * 1_000_000_000),
@@ -337,11 +270,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             options.hours
         );
     }
-    let scheme = options.scheme()?;
-    let turntable = match options.outer_axis.zip(options.inner_axis) {
-        Some((outer, inner)) => Turntable::new(outer, inner)?,
-        None => scheme.default_table(),
-    };
+    let scheme = scheme_options::scheme(&options.scheme)?;
+    let turntable = options.table.table(&scheme)?;
     let settings = options.settings(turntable)?;
     let simulator = Simulator::new(settings)?;
     let sequencer = Sequencer::new(scheme.program(turntable)?, SequencerSettings::default())?;

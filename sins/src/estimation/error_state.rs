@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::earth::{EARTH_RATE_RAD_S, LocalEarth};
 use crate::imu::NoiseDensity;
+use crate::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of states.
 pub const STATES: usize = 13;
@@ -29,6 +30,50 @@ pub const STATE_NAMES: [&str; STATES] = [
     "gyroscope_drift_x_rad_s",
     "gyroscope_drift_y_rad_s",
     "gyroscope_drift_z_rad_s",
+];
+
+/// How a person calls a state, and the field unit in which a person reads it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateLabel {
+    /// The symbol of the conventions, such as `φU` or `∇x`.
+    pub symbol: &'static str,
+    /// In words, such as `accelerometer bias x`.
+    pub words: &'static str,
+    /// The field unit.
+    pub unit: &'static str,
+    /// One field unit in SI.
+    pub scale: f64,
+}
+
+const fn label(
+    symbol: &'static str,
+    words: &'static str,
+    unit: &'static str,
+    scale: f64,
+) -> StateLabel {
+    StateLabel {
+        symbol,
+        words,
+        unit,
+        scale,
+    }
+}
+
+/// Labels of the states, in the order of the state vector.
+pub const STATE_LABELS: [StateLabel; STATES] = [
+    label("δL", "latitude error", "arcsec", ARC_SECOND),
+    label("δλ", "longitude error", "arcsec", ARC_SECOND),
+    label("δvE", "velocity error east", "m/s", 1.0),
+    label("δvN", "velocity error north", "m/s", 1.0),
+    label("φE", "misalignment east", "arcsec", ARC_SECOND),
+    label("φN", "misalignment north", "arcsec", ARC_SECOND),
+    label("φU", "misalignment up", "arcsec", ARC_SECOND),
+    label("∇x", "accelerometer bias x", "ug", MICRO_G),
+    label("∇y", "accelerometer bias y", "ug", MICRO_G),
+    label("∇z", "accelerometer bias z", "ug", MICRO_G),
+    label("εx", "gyroscope drift x", "deg/h", DEG_PER_HOUR),
+    label("εy", "gyroscope drift y", "deg/h", DEG_PER_HOUR),
+    label("εz", "gyroscope drift z", "deg/h", DEG_PER_HOUR),
 ];
 
 /// Index of the latitude error δL.
@@ -129,6 +174,12 @@ impl Linearization {
             .copy_from(&-frame_rate.cross_matrix());
         m.fixed_view_mut::<3, 3>(MISALIGNMENT, DRIFT).copy_from(&-c);
         m
+    }
+
+    /// Φ = I + A + A²/2 over `seconds`, A = F · seconds, with this linearization the mean over that time.
+    pub fn transition(&self, seconds: f64) -> StateMatrix {
+        let a = self.dynamics() * seconds;
+        StateMatrix::identity() + a + a * a * 0.5
     }
 
     /// G q Gᵀ per second (equation 27): white sensor noise as it drives velocity and misalignment errors.

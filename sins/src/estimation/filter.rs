@@ -146,8 +146,7 @@ impl ErrorFilter {
             specific_force: self.interval.velocity / seconds,
             body_to_navigation: self.interval.attitude / seconds,
         };
-        let a = linearization.dynamics() * seconds;
-        let transition = StateMatrix::identity() + a + a * a * 0.5;
+        let transition = linearization.transition(seconds);
         // The noise enters with a true rotation: an average of rotations is shorter than one.
         let noise = Linearization {
             body_to_navigation: *self.strapdown.body_to_navigation(),

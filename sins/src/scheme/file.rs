@@ -13,6 +13,7 @@ struct SchemeFile {
     name: Option<String>,
     rotations: Vec<RotationEntry>,
     dwell_s: Option<f64>,
+    first_dwell_s: Option<f64>,
     rate_deg_per_s: Option<f64>,
     acceleration_deg_per_s2: Option<f64>,
     cycles: Option<u32>,
@@ -50,6 +51,7 @@ impl Scheme {
     ///   - {joint: inner, angle_deg: 90}
     ///   - {axis: x, angle_deg: -180}
     /// dwell_s: 500
+    /// first_dwell_s: 2520             # the dwell that comes first; dwell_s where absent
     /// rate_deg_per_s: 5
     /// acceleration_deg_per_s2: 2.5
     /// cycles: 2                       # until stopped where absent
@@ -93,6 +95,7 @@ impl Scheme {
         if let Some(dwell_s) = file.dwell_s {
             scheme.dwell_s = dwell_s;
         }
+        scheme.first_dwell_s = file.first_dwell_s;
         if let Some(rate) = file.rate_deg_per_s {
             scheme.rate_rad_s = rate.to_radians();
         }
@@ -132,6 +135,14 @@ impl Scheme {
             self.dwell_s >= 0.0,
             "0 or more seconds",
         )?;
+        if let Some(first) = self.first_dwell_s {
+            number(
+                "first_dwell_s".into(),
+                first,
+                first >= 0.0,
+                "0 or more seconds",
+            )?;
+        }
         let rate = self.rate_rad_s.to_degrees();
         number(
             "rate_deg_per_s".into(),
@@ -151,7 +162,7 @@ impl Scheme {
                 self.error("cycles is 0, expected 1 or more, or no such key: until stopped")
             );
         }
-        if self.rotations.is_empty() && self.dwell_s == 0.0 {
+        if self.rotations.is_empty() && self.first_dwell_s.unwrap_or(self.dwell_s) == 0.0 {
             return Err(self.error("dwell_s is 0 and there are no rotations: nothing to do"));
         }
         for (index, rotation) in self.rotations.iter().enumerate() {

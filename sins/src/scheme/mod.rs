@@ -20,7 +20,12 @@ pub use program::{Program, Segment, SegmentKind, Step};
 pub use sequencer::Sequencer;
 
 /// Names that [`Scheme::builtin`] knows.
-pub const BUILTIN_NAMES: [&str; 3] = ["eight-position", "eight-position-yz", "static"];
+pub const BUILTIN_NAMES: [&str; 4] = [
+    "eight-position",
+    "eight-position-yz",
+    "static",
+    "paper-experiment",
+];
 
 /// Table 1 of the paper: dwell in a position \[s\].
 pub const DEFAULT_DWELL_S: f64 = 500.0;
@@ -113,6 +118,8 @@ pub struct Scheme {
     pub rotations: Vec<Rotation>,
     /// Dwell at A and after every rotation \[s\].
     pub dwell_s: f64,
+    /// The dwell that comes first \[s\]; `dwell_s` where `None`.
+    pub first_dwell_s: Option<f64>,
     /// Cruise rate \[rad/s\].
     pub rate_rad_s: f64,
     /// Acceleration and deceleration \[rad/s²\].
@@ -130,6 +137,7 @@ impl Scheme {
             name: name.into(),
             rotations,
             dwell_s: DEFAULT_DWELL_S,
+            first_dwell_s: None,
             rate_rad_s: DEFAULT_RATE_RAD_S,
             acceleration_rad_s2: DEFAULT_ACCELERATION_RAD_S2,
             cycles: None,
@@ -153,6 +161,15 @@ impl Scheme {
         Self::new("static", Vec::new())
     }
 
+    /// The paper's experiment (its section 5): 0.7 h at rest, then the eight positions until stopped.
+    pub fn paper_experiment() -> Self {
+        Self {
+            name: "paper-experiment".to_owned(),
+            first_dwell_s: Some(0.7 * 3600.0),
+            ..Self::eight_position()
+        }
+    }
+
     fn eight_position_about(name: &str, first: Axis, second: Axis) -> Self {
         let swing =
             [PI, FRAC_PI_2, -PI, -FRAC_PI_2].map(|angle| Rotation::new(About::Axis(first), angle));
@@ -169,6 +186,7 @@ impl Scheme {
             "eight-position" => Some(Self::eight_position()),
             "eight-position-yz" => Some(Self::eight_position_yz()),
             "static" => Some(Self::stationary()),
+            "paper-experiment" => Some(Self::paper_experiment()),
             _ => None,
         }
     }

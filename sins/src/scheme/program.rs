@@ -95,7 +95,7 @@ impl Scheme {
             cycles: self.cycles,
             rate_rad_s: self.rate_rad_s,
             acceleration_rad_s2: self.acceleration_rad_s2,
-            first_dwell_nanos: seconds_to_nanos(self.dwell_s),
+            first_dwell_nanos: seconds_to_nanos(self.first_dwell_s.unwrap_or(self.dwell_s)),
             steps: Vec::with_capacity(self.rotations.len()),
             start_position: letter(0),
             advance: [0.0; 2],

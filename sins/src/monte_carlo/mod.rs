@@ -3,7 +3,10 @@
 //! One truth stream serves all runs of a batch, so a batch needs the memory of its filters and no more. Batches with other
 //! run numbers can be worked by other threads.
 
-use nalgebra::{SMatrix, SVector, Vector3};
+mod statistics;
+mod voyage;
+
+use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -25,6 +28,9 @@ use crate::simulation::{
 use crate::strapdown::{Increment, NavigationState};
 use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
+
+pub use statistics::{Point, Statistics, Trace, mean_nees_bounds};
+pub use voyage::{Departure, Voyage, VoyageTrack};
 
 /// Number of states that calibration is about: misalignment, biases, drifts.
 pub const CALIBRATED: usize = 9;
@@ -162,6 +168,23 @@ pub struct RunResult {
     pub truth: TrueErrors,
     /// The calibration at its end.
     pub calibration: Calibration,
+    /// The true attitude at its end, b to n.
+    pub attitude: UnitQuaternion<f64>,
+}
+
+impl RunResult {
+    /// What a voyage that starts at the end of this run needs to know.
+    pub fn departure(&self) -> Departure {
+        Departure {
+            calibration: self.calibration.clone(),
+            attitude: self.attitude,
+            errors: SensorErrors::constant(
+                self.truth.gyroscope_drift,
+                self.truth.accelerometer_bias,
+            ),
+            seed: 1000 + self.run,
+        }
+    }
 }
 
 /// One filter among the runs of a batch.
@@ -243,6 +266,7 @@ impl MonteCarlo {
                 }
             }
         }
+        let attitude = simulation.simulator().plant().attitude();
         Ok(trials
             .into_iter()
             .map(|t| RunResult {
@@ -250,6 +274,7 @@ impl MonteCarlo {
                 calibration: t.calibration(simulation.simulator().plant().now()),
                 snapshots: t.snapshots,
                 truth: t.truth,
+                attitude,
             })
             .collect())
     }

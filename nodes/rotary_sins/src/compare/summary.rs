@@ -1,0 +1,234 @@
+//! The results of `compare` as JSON, and as a short text that can stand in a repository.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+use sins::{
+    estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATE_NAMES, STATES},
+    monte_carlo::{CALIBRATED, mean_nees_bounds},
+    observability::bound::settled_s,
+    units::NAUTICAL_MILE_M,
+};
+
+use super::{
+    campaign::{Campaign, CaseResult, TURNS_DEG, VOYAGE_H},
+    claims::Claim,
+    figures::{CONFIDENCE, GROUPS, threshold_applies},
+};
+use crate::observability::significant;
+
+/// Everything in SI.
+#[derive(Serialize)]
+pub struct Results {
+    command: String,
+    runs: u64,
+    hours: f64,
+    rate_hz: f64,
+    seed: u64,
+    state_names: Vec<&'static str>,
+    nees_bounds: [f64; 2],
+    cases: Vec<CaseReport>,
+    heading_sweep: Vec<SweepReport>,
+    claims: Vec<Claim>,
+}
+
+#[derive(Serialize)]
+struct CaseReport {
+    name: String,
+    scheme: &'static str,
+    reading: &'static str,
+    outer_axis: String,
+    inner_axis: String,
+    /// At the end, nine values each.
+    rms_error: Vec<f64>,
+    sigma: Vec<f64>,
+    rms_over_sigma: Vec<f64>,
+    mean_nees: Option<f64>,
+    /// Every minute.
+    time_s: Vec<f64>,
+    mean_nees_over_time: Vec<Option<f64>>,
+    /// Time until sigma stays below the threshold, by state \[h\].
+    settled_h: Vec<Option<f64>>,
+    voyages: Vec<VoyageReport>,
+}
+
+#[derive(Serialize)]
+struct VoyageReport {
+    turn_deg: f64,
+    hours: f64,
+    median_greatest_m: f64,
+    median_greatest_uncompensated_m: f64,
+    worst_m: f64,
+    worst_uncompensated_m: f64,
+}
+
+#[derive(Serialize)]
+struct SweepReport {
+    case: String,
+    heading_deg: f64,
+    sigma: Vec<f64>,
+}
+
+/// When σ of each of the nine stays below its threshold \[h\].
+pub fn settled_h(result: &CaseResult) -> [Option<f64>; CALIBRATED] {
+    std::array::from_fn(|k| {
+        let state = MISALIGNMENT + k;
+        let group = GROUPS
+            .iter()
+            .find(|g| g.states.contains(&state) && threshold_applies(g, state))?;
+        settled_s(&result.bound, |sigma| sigma[state] < group.threshold).map(|s| s / 3600.0)
+    })
+}
+
+/// The results.
+pub fn results(campaign: &Campaign, claims: &[Claim], command: &str) -> Results {
+    let plan = &campaign.plan;
+    Results {
+        command: command.to_owned(),
+        runs: plan.runs,
+        hours: plan.hours,
+        rate_hz: plan.rate_hz,
+        seed: plan.seed,
+        state_names: STATE_NAMES[MISALIGNMENT..].to_vec(),
+        nees_bounds: mean_nees_bounds(plan.runs, CONFIDENCE),
+        cases: campaign.cases.iter().map(case).collect(),
+        heading_sweep: campaign
+            .sweep
+            .iter()
+            .map(|point| SweepReport {
+                case: point.case.name(),
+                heading_deg: point.heading_deg,
+                sigma: point.bound.last().map_or_else(Vec::new, |end| {
+                    end.sigma.as_slice()[MISALIGNMENT..].to_vec()
+                }),
+            })
+            .collect(),
+        claims: claims.to_vec(),
+    }
+}
+
+fn case(result: &CaseResult) -> CaseReport {
+    let of = |values: Option<nalgebra::SVector<f64, CALIBRATED>>| {
+        values.map_or_else(Vec::new, |v| v.as_slice().to_vec())
+    };
+    let end = result.statistics.end();
+    CaseReport {
+        name: result.case.name(),
+        scheme: result.case.simulation.name(),
+        reading: result.case.reading.letter(),
+        outer_axis: result.case.table.outer.to_string(),
+        inner_axis: result.case.table.inner.to_string(),
+        rms_error: of(end.map(sins::monte_carlo::Point::rms)),
+        sigma: of(end.map(sins::monte_carlo::Point::sigma)),
+        rms_over_sigma: of(end.map(sins::monte_carlo::Point::rms_over_sigma)),
+        mean_nees: end.and_then(sins::monte_carlo::Point::mean_nees),
+        time_s: result.statistics.points.iter().map(|p| p.time_s).collect(),
+        mean_nees_over_time: result
+            .statistics
+            .points
+            .iter()
+            .map(sins::monte_carlo::Point::mean_nees)
+            .collect(),
+        settled_h: settled_h(result).to_vec(),
+        voyages: result
+            .voyages
+            .iter()
+            .zip(TURNS_DEG)
+            .flat_map(|(voyages, turn_deg)| {
+                VOYAGE_H
+                    .into_iter()
+                    .enumerate()
+                    .map(move |(length, hours)| VoyageReport {
+                        turn_deg,
+                        hours,
+                        median_greatest_m: voyages.median_greatest(length, 0),
+                        median_greatest_uncompensated_m: voyages.median_greatest(length, 1),
+                        worst_m: voyages.worst(length, 0),
+                        worst_uncompensated_m: voyages.worst(length, 1),
+                    })
+            })
+            .collect(),
+    }
+}
+
+/// A short text with the figures that a review wants to see change.
+pub fn text(campaign: &Campaign, claims: &[Claim], command: &str) -> String {
+    let mut text = format!("{command}\n\n");
+    let labels: Vec<_> = STATE_LABELS[MISALIGNMENT..STATES].iter().collect();
+    let line = |name: &str, cells: Vec<String>| {
+        let mut text = format!("{name:<16}");
+        for cell in cells {
+            write!(text, "{cell:>10}").ok();
+        }
+        text.push('\n');
+        text
+    };
+    for result in &campaign.cases {
+        let Some(end) = result.statistics.end() else {
+            continue;
+        };
+        writeln!(text, "{}", result.case.name()).ok();
+        text += &line("", labels.iter().map(|l| l.symbol.to_owned()).collect());
+        text += &line("", labels.iter().map(|l| l.unit.to_owned()).collect());
+        let scaled = |values: nalgebra::SVector<f64, CALIBRATED>| {
+            values
+                .iter()
+                .zip(&labels)
+                .map(|(v, l)| significant(v / l.scale))
+                .collect()
+        };
+        text += &line("rms error", scaled(end.rms()));
+        text += &line("sigma", scaled(end.sigma()));
+        text += &line(
+            "rms / sigma",
+            end.rms_over_sigma()
+                .iter()
+                .map(|v| format!("{v:.2}"))
+                .collect(),
+        );
+        text += &line(
+            "found after, h",
+            settled_h(result)
+                .iter()
+                .map(|t| t.map_or_else(|| "-".to_owned(), |t| format!("{t:.2}")))
+                .collect(),
+        );
+        let [low, high] = mean_nees_bounds(campaign.plan.runs, CONFIDENCE);
+        if let Some(nees) = end.mean_nees() {
+            writeln!(text, "mean NEES {nees:.2} (bounds {low:.2} .. {high:.2})").ok();
+        }
+        for (voyages, turn) in result.voyages.iter().zip(TURNS_DEG) {
+            for (length, hours) in VOYAGE_H.into_iter().enumerate() {
+                let nmi = |metres: f64| metres / NAUTICAL_MILE_M;
+                writeln!(
+                    text,
+                    "position error, {hours:.0} h, turned by {turn:.0} deg: median {:.2} nmi, worst {:.2}; without compensation {:.2}, {:.2}",
+                    nmi(voyages.median_greatest(length, 0)),
+                    nmi(voyages.worst(length, 0)),
+                    nmi(voyages.median_greatest(length, 1)),
+                    nmi(voyages.worst(length, 1)),
+                )
+                .ok();
+            }
+        }
+        text.push('\n');
+    }
+    text += "Claims of the paper\n";
+    for claim in claims {
+        writeln!(text, "{:<14} {}", claim.verdict, claim.text).ok();
+        for f in &claim.findings {
+            let range = if f.range.is_empty() {
+                String::new()
+            } else {
+                format!(" ({})", f.range)
+            };
+            writeln!(
+                text,
+                "    {} {:<44} {}{range} {}: {}",
+                f.reading, f.setting, f.first, claim.unit, f.holds
+            )
+            .ok();
+        }
+    }
+    text
+}
