@@ -107,13 +107,12 @@ fn draw_panel(
     plan: &Plan,
     last: bool,
 ) -> Result<(), String> {
-    sheet
-        .draw_text(
-            &clean(&panel.title),
-            &pen::bold(),
-            (plan.left, place.head + ROW / 2),
-        )
-        .map_err(words)?;
+    if !panel.title.is_empty() {
+        let at = (plan.left, place.head + ROW / 2);
+        sheet
+            .draw_text(&clean(&panel.title), &pen::bold(), at)
+            .map_err(words)?;
+    }
     draw_legend(sheet, &place.legend, place.legend_at)?;
     draw_y_title(sheet, place)?;
     let mut chart = axes(sheet, place, plan, last)?;
@@ -235,7 +234,10 @@ fn draw_legend(
                     marked,
                 } => {
                     if line != Line::Points {
-                        let style = pen::curve(line, colour);
+                        let style = match line {
+                            Line::Thin => pen::stroke(pen::colour(colour), 3),
+                            _ => pen::curve(line, colour),
+                        };
                         sheet
                             .draw(&PathElement::new(vec![(from, y), (to, y)], style))
                             .map_err(words)?;
