@@ -56,14 +56,14 @@ impl Entry {
     }
 }
 
-/// Whether each series carries a few markers: all but the first name of a kind of line do.
+/// Whether each series carries a few markers: of those in the legend, all but the first name of a kind of line do.
 pub(crate) fn marked(panel: &Panel) -> Vec<bool> {
     let mut first: HashMap<Line, &str> = HashMap::new();
     panel
         .series
         .iter()
         .map(|series| match series.line {
-            Line::Solid | Line::Dashed | Line::Dotted | Line::Steps => {
+            Line::Solid | Line::Dashed | Line::Dotted | Line::Steps if series.in_legend => {
                 let kind = if series.line == Line::Steps {
                     Line::Solid
                 } else {
@@ -71,7 +71,7 @@ pub(crate) fn marked(panel: &Panel) -> Vec<bool> {
                 };
                 *first.entry(kind).or_insert(&series.name) != series.name
             }
-            Line::Thin | Line::Points | Line::LinePoints => false,
+            _ => false,
         })
         .collect()
 }
@@ -297,7 +297,7 @@ mod tests {
     #[test]
     fn long_titles_break_before_their_unit() {
         assert_eq!(
-            lines("gyroscope drift east (deg/h)", 500),
+            lines("gyroscope drift east (deg/h)", 400),
             ["gyroscope drift east", "(deg/h)"]
         );
         assert_eq!(lines("drift (deg/h)", 500), ["drift (deg/h)"]);

@@ -35,12 +35,14 @@ mod curve;
 mod error;
 mod figure;
 mod layout;
+mod marks;
 mod page;
 pub mod palette;
 mod pen;
 mod plan;
 mod table;
 mod ticks;
+mod traces;
 
 pub use error::Error;
 pub use figure::{Axis, Band, Figure, Line, Mark, Panel, Scale, Series};

@@ -91,7 +91,7 @@ impl Page {
     /// A heading, and its entry in the table of contents. Levels go from 2 (the title is 1) to 6.
     pub fn section(&mut self, level: u8, title: impl Into<String>) -> &mut Self {
         let title = title.into();
-        let id = self.unique_id(&title, "section");
+        let id = self.unique_id(&slug("section", &title));
         self.blocks.push(Block::Section {
             level: level.clamp(2, 6),
             id,
@@ -152,9 +152,13 @@ impl Page {
     /// As [`Figure::to_svg`].
     pub fn figure(&mut self, figure: &Figure) -> Result<(), Error> {
         let svg = figure.to_svg()?;
-        let id = self.unique_id(&figure.id, "figure");
         self.figures += 1;
         let number = self.figures;
+        let id = match figure.id.split_whitespace().collect::<Vec<_>>().join("-") {
+            id if id.is_empty() => format!("figure-{number}"),
+            id => id,
+        };
+        let id = self.unique_id(&id);
         self.push(html! {
             figure id=(id) {
                 div.scroll tabindex="0" role="region" aria-label={ "Figure " (number) } { (PreEscaped(svg)) }
@@ -185,19 +189,12 @@ impl Page {
         self
     }
 
-    /// An id of letters, digits and hyphens that the page does not have yet.
-    fn unique_id(&mut self, text: &str, fallback: &str) -> String {
-        let words = text
-            .split(|c: char| !c.is_alphanumeric() && c != '_')
-            .filter(|word| !word.is_empty());
-        let mut base = words.map(str::to_lowercase).collect::<Vec<_>>().join("-");
-        if base.is_empty() {
-            fallback.clone_into(&mut base);
-        }
-        let mut id = base.clone();
+    /// The wanted id, or one like it that the page does not have yet.
+    fn unique_id(&mut self, wanted: &str) -> String {
+        let mut id = wanted.to_owned();
         let mut n = 2;
         while !self.ids.insert(id.clone()) {
-            id = format!("{base}-{n}");
+            id = format!("{wanted}-{n}");
             n += 1;
         }
         id
@@ -272,6 +269,18 @@ fn block_markup(block: &Block) -> Markup {
         },
         Block::Markup(markup) | Block::Badge(markup) => markup.clone(),
     }
+}
+
+/// An id that can stand in a link as it is.
+fn slug(kind: &str, title: &str) -> String {
+    let words = title
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty());
+    [kind.to_owned()]
+        .into_iter()
+        .chain(words.map(str::to_ascii_lowercase))
+        .collect::<Vec<_>>()
+        .join("-")
 }
 
 fn ends_sentence(text: &str) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::curve::Window;
 use crate::layout::{self, Entry, FONT, Flag, ROW, text_width};
-use crate::ticks::{self, Ruler, is_drawable};
+use crate::ticks::{self, Ruler, is_drawable, scaled};
 use crate::{Axis, Figure, Line, Panel, Scale};
 
 /// Width of every picture.
@@ -76,7 +76,11 @@ impl Plan {
             .as_ref()
             .map(|entries| layout::rows(entries, right - left))
             .unwrap_or_default();
-        let mut y = 14 + legend.len() as i32 * ROW;
+        let mut y = if legend.is_empty() {
+            14
+        } else {
+            26 + legend.len() as i32 * ROW
+        };
         let mut panels = Vec::new();
         for (i, ((panel, (ruler, empty)), title)) in
             figure.panels.iter().zip(rulers).zip(titles).enumerate()
@@ -218,11 +222,7 @@ fn y_ruler(
 ) -> (Ruler, Option<&'static str>) {
     let axis = cleaned(&panel.y);
     let log = panel.scale == Scale::Log;
-    let drawn = |y: f64| match (log, y > 0.0) {
-        (true, true) => y.log10(),
-        (true, false) => f64::NAN,
-        (false, _) => y,
-    };
+    let drawn = |y: f64| scaled(y, log);
     let (from, to) = x_range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let seen = |x: f64| is_drawable(x) && (from..=to).contains(&x);
     let curves = panel
@@ -259,7 +259,7 @@ fn y_ruler(
     let Some(range) = ticks::fixed(given).or_else(|| all.map(|range| padded(range, log))) else {
         return (Ruler::blank(&axis), empty);
     };
-    let target = (height / 95).clamp(3, 8) as usize;
+    let target = (height / 75).clamp(3, 8) as usize;
     (Ruler::new(&axis, panel.scale, range, target), empty)
 }
 
