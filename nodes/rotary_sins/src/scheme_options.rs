@@ -1,5 +1,7 @@
 //! Options that name a scheme, a table and a ship, as several commands take them.
 
+use std::fmt::Write;
+
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use sins::{
@@ -111,7 +113,7 @@ impl ShipOptions {
         let mut text = String::new();
         for (name, value, default) in options {
             if value != default {
-                text += &format!(" {name} {value}");
+                write!(text, " {name} {value}").ok();
             }
         }
         text
