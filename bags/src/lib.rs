@@ -22,5 +22,5 @@ pub use bag::{Bag, Topic};
 pub use error::{Damage, Error, Warning};
 pub use messages::{Messages, RawMessage, Selection};
 pub use metadata::Qos;
-pub use sensors::{Fix, Sample, SensorOptions, SensorStream, last_position_before};
+pub use sensors::{Fix, Sample, SensorOptions, SensorStream, SensorTopics, last_position_before};
 pub use writer::{BagSummary, BagWriter, Compression, NewTopic, TopicId, WriteOptions};

@@ -14,9 +14,12 @@ use crate::{
     bag::Bag,
     cdr,
     error::{Error, Warning},
-    messages::{Messages, Selection},
+    messages::{Messages, RawMessage, Selection},
     samples,
 };
+
+/// The usual name of the Imu's topic.
+const IMU: &str = "/imu/data_raw";
 
 /// A position with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,40 +60,32 @@ pub struct SensorOptions {
     pub duration: Option<f64>,
 }
 
-/// Reads samples one by one.
-pub struct SensorStream<'b> {
-    bag: &'b Bag,
-    messages: Messages<'b>,
-    imu: usize,
-    joints: Option<usize>,
-    fix: Option<usize>,
-    velocity: Option<usize>,
+/// Which topics of a bag the samples are in.
+#[derive(Clone, Debug)]
+pub struct SensorTopics {
+    /// Of the Imu, where there is one.
+    pub imu: Option<usize>,
+    /// Of the joints, where there is one.
+    pub joints: Option<usize>,
+    /// Of the position, where there is one.
+    pub fix: Option<usize>,
+    /// Of the velocity, where there is one.
+    pub velocity: Option<usize>,
     read: [u64; 4],
 }
 
-impl<'b> SensorStream<'b> {
+impl SensorTopics {
     /// Finds the topics.
     ///
     /// # Errors
-    /// [`Error::MissingTopic`] without an Imu, or without a topic that was asked for by name.
-    pub fn new(bag: &'b Bag, options: &SensorOptions) -> Result<Self, Error> {
-        let imu = bag.find_topic(
-            Imu::TYPE_NAME,
-            "/imu/data_raw",
-            options.imu_topic.as_deref(),
-        )?;
+    /// [`Error::MissingTopic`] without a topic that was asked for by name.
+    pub fn find(bag: &Bag, options: &SensorOptions) -> Result<Self, Error> {
         let optional = |type_name, usual, wanted: Option<&str>| match bag
             .find_topic(type_name, usual, wanted)
         {
             Err(error) if wanted.is_some() => Err(error),
             found => Ok(found.ok()),
         };
-        let joints = optional(
-            JointState::TYPE_NAME,
-            "/turntable/joint_states",
-            options.joints_topic.as_deref(),
-        )?;
-        let fix = optional(NavSatFix::TYPE_NAME, "/fix", options.fix_topic.as_deref())?;
         // By its name alone: what a compensator puts out is of the same type.
         let velocity = match options.velocity_topic.as_deref() {
             Some(name) => {
@@ -100,21 +95,70 @@ impl<'b> SensorStream<'b> {
                 .topic("/aiding/velocity")
                 .filter(|&at| bag.topics()[at].type_name == TwistWithCovarianceStamped::TYPE_NAME),
         };
-        let topics: Vec<usize> = [Some(imu), joints, fix, velocity]
-            .into_iter()
-            .flatten()
-            .collect();
-        let selection =
-            Selection::topics(topics).window(bag, options.start_offset, options.duration);
-        let messages = bag.messages(&selection);
         Ok(Self {
-            bag,
-            messages,
-            imu,
-            joints,
-            fix,
+            imu: optional(Imu::TYPE_NAME, IMU, options.imu_topic.as_deref())?,
+            joints: optional(
+                JointState::TYPE_NAME,
+                "/turntable/joint_states",
+                options.joints_topic.as_deref(),
+            )?,
+            fix: optional(NavSatFix::TYPE_NAME, "/fix", options.fix_topic.as_deref())?,
             velocity,
             read: [0; 4],
+        })
+    }
+
+    /// Their numbers.
+    pub fn all(&self) -> Vec<usize> {
+        [self.imu, self.joints, self.fix, self.velocity]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
+    /// The sample of a message; `None` where the message is of another topic.
+    pub fn sample(&mut self, bag: &Bag, message: &RawMessage<'_>) -> Option<Result<Sample, Error>> {
+        let topic = Some(message.topic);
+        let (slot, sample) = if topic == self.imu {
+            (0, samples::imu(message.data).map(Sample::Imu))
+        } else if topic == self.joints {
+            (1, samples::joints(message.data).map(Sample::Joints))
+        } else if topic == self.fix {
+            (2, fix(message.data).map(Sample::Fix))
+        } else if topic == self.velocity {
+            (3, velocity(message.data))
+        } else {
+            return None;
+        };
+        let index = self.read[slot];
+        self.read[slot] += 1;
+        Some(sample.map_err(|reason| bag.message_error(message.topic, index, reason)))
+    }
+}
+
+/// Reads samples one by one.
+pub struct SensorStream<'b> {
+    bag: &'b Bag,
+    messages: Messages<'b>,
+    topics: SensorTopics,
+    imu: usize,
+}
+
+impl<'b> SensorStream<'b> {
+    /// Finds the topics.
+    ///
+    /// # Errors
+    /// [`Error::MissingTopic`] without an Imu, or without a topic that was asked for by name.
+    pub fn new(bag: &'b Bag, options: &SensorOptions) -> Result<Self, Error> {
+        let imu = bag.find_topic(Imu::TYPE_NAME, IMU, options.imu_topic.as_deref())?;
+        let topics = SensorTopics::find(bag, options)?;
+        let selection =
+            Selection::topics(topics.all()).window(bag, options.start_offset, options.duration);
+        Ok(Self {
+            bag,
+            messages: bag.messages(&selection),
+            topics,
+            imu,
         })
     }
 
@@ -125,17 +169,17 @@ impl<'b> SensorStream<'b> {
 
     /// Number of the joints' topic, where there is one.
     pub fn joints_topic(&self) -> Option<usize> {
-        self.joints
+        self.topics.joints
     }
 
     /// Number of the position's topic, where there is one.
     pub fn fix_topic(&self) -> Option<usize> {
-        self.fix
+        self.topics.fix
     }
 
     /// Number of the velocity's topic, where there is one.
     pub fn velocity_topic(&self) -> Option<usize> {
-        self.velocity
+        self.topics.velocity
     }
 
     /// What could not be read so far.
@@ -155,21 +199,7 @@ impl<'b> SensorStream<'b> {
         let Some(message) = self.messages.next() else {
             return Ok(None);
         };
-        let topic = message.topic;
-        let (slot, sample) = if topic == self.imu {
-            (0, samples::imu(message.data).map(Sample::Imu))
-        } else if Some(topic) == self.joints {
-            (1, samples::joints(message.data).map(Sample::Joints))
-        } else if Some(topic) == self.fix {
-            (2, fix(message.data).map(Sample::Fix))
-        } else {
-            (3, velocity(message.data))
-        };
-        let index = self.read[slot];
-        self.read[slot] += 1;
-        sample
-            .map(Some)
-            .map_err(|reason| self.bag.message_error(topic, index, reason))
+        self.topics.sample(self.bag, &message).transpose()
     }
 }
 

@@ -18,6 +18,19 @@ pub struct KnownType {
     pub schema: fn() -> String,
 }
 
+impl KnownType {
+    /// Whether the first eight bytes of a message, behind the encapsulation, are its stamp.
+    pub fn begins_with_stamp(&self) -> bool {
+        let first = self
+            .definition
+            .lines()
+            .find(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
+        first.is_some_and(|field| {
+            field.starts_with("std_msgs/Header ") || field.starts_with("builtin_interfaces/Time ")
+        })
+    }
+}
+
 const fn known<M: RosMessage>() -> KnownType {
     KnownType {
         name: M::TYPE_NAME,

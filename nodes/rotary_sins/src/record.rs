@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use bags::{BagSummary, BagWriter, NewTopic, TopicId, WriteOptions, cdr::ENCAPSULATION};
 use clap::Args;
 use ros_node::{DiscoveredPublisher, Node, NodeBuilder, Payload, Qos, SENSOR_DEPTH, Subscription};
-use rotary_sins_msgs::known_type;
+use rotary_sins_msgs::{KnownType, known_type};
 use sins::time::Stamp;
 use tokio::{sync::mpsc, task::JoinSet};
 
@@ -227,7 +227,8 @@ impl Recorder {
         let id = answer
             .await
             .context("the bag cannot be written any more")??;
-        let log_time = if self.node.clock().is_simulated() && begins_with_stamp(type_name) {
+        let has_stamp = known_type(type_name).is_some_and(KnownType::begins_with_stamp);
+        let log_time = if self.node.clock().is_simulated() && has_stamp {
             LogTime::Stamp
         } else {
             LogTime::Clock
@@ -242,19 +243,6 @@ impl Recorder {
         ));
         Ok(())
     }
-}
-
-/// Whether the first eight bytes of a message are its stamp.
-fn begins_with_stamp(type_name: &str) -> bool {
-    known_type(type_name).is_some_and(|known| {
-        let first = known
-            .definition
-            .lines()
-            .find(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
-        first.is_some_and(|field| {
-            field.starts_with("std_msgs/Header ") || field.starts_with("builtin_interfaces/Time ")
-        })
-    })
 }
 
 /// The first eight bytes of a message as a stamp \[ns\].

@@ -83,12 +83,13 @@ pub struct Notes {
 
 impl Notes {
     /// A line for the person at the screen and for the result.
-    fn say(&mut self, progress: &Progress, line: String) {
+    pub fn say(&mut self, progress: &Progress, line: String) {
         progress.note(&line);
         self.lines.push(line);
     }
 
-    fn error(&mut self, progress: &Progress, topic: &str, error: &sins::Error) {
+    /// What the machine refused.
+    pub fn error(&mut self, progress: &Progress, topic: &str, error: &sins::Error) {
         if matches!(error, sins::Error::NotFinite { .. }) {
             self.not_finite += 1;
             if self.not_finite > 1 {
@@ -102,10 +103,26 @@ impl Notes {
         }
     }
 
-    fn undecodable(&mut self, progress: &Progress, error: &bags::Error) {
+    /// A message that is none of its type.
+    pub fn undecodable(&mut self, progress: &Progress, error: &bags::Error) {
         self.undecodable_messages += 1;
         if self.undecodable_messages == 1 {
             self.say(progress, error.to_string());
+        }
+    }
+
+    /// The sums, at the end.
+    pub fn sum_up(&mut self, progress: &Progress) {
+        if self.undecodable_messages > 1 {
+            let line = format!(
+                "{} messages could not be read in all",
+                self.undecodable_messages
+            );
+            self.say(progress, line);
+        }
+        if self.not_finite > 1 {
+            let line = format!("{} samples were not finite in all", self.not_finite);
+            self.say(progress, line);
         }
     }
 }
@@ -155,7 +172,8 @@ impl SensorInput {
         }
     }
 
-    fn options(&self) -> SensorOptions {
+    /// What was asked for, for the reader of bags.
+    pub fn options(&self) -> SensorOptions {
         SensorOptions {
             imu_topic: self.imu_topic.clone(),
             joints_topic: self.joints_topic.clone(),
@@ -164,6 +182,37 @@ impl SensorInput {
             start_offset: self.start_offset,
             duration: self.duration,
         }
+    }
+
+    /// Length of the chosen part by log times \[s\].
+    pub fn length_s(&self, bag: &Bag) -> f64 {
+        let length_s = bag
+            .time_range()
+            .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
+        (length_s - self.start_offset.unwrap_or(0.0)).min(self.duration.unwrap_or(f64::INFINITY))
+    }
+
+    /// What comes before the first sample: the position of the command line, else the last one before the chosen part.
+    pub fn first_position(
+        &self,
+        bag: &Bag,
+        fix_topic: Option<usize>,
+    ) -> anyhow::Result<Option<Sample>> {
+        let position = match (self.given_position(), self.start_offset) {
+            (None, Some(offset)) => position_before(bag, offset, fix_topic)?,
+            (given, _) => given,
+        };
+        Ok(position.map(|position| {
+            Sample::Fix(bags::Fix {
+                stamp: Stamp::default(),
+                position: Some(position),
+            })
+        }))
+    }
+
+    /// Whether the position is that of the command line, and those of the bag are left aside.
+    pub fn has_given_position(&self) -> bool {
+        self.given_position().is_some()
     }
 
     /// Hands every sample to `take`, a position of the command line first, until it breaks. What `take` refuses is noted
@@ -175,28 +224,15 @@ impl SensorInput {
         mut take: impl FnMut(Sample, &Progress) -> Result<ControlFlow<()>, sins::Error>,
     ) -> anyhow::Result<Notes> {
         let mut stream = SensorStream::new(bag, &self.options())?;
-        let length_s = bag
-            .time_range()
-            .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
-        let length_s = (length_s - self.start_offset.unwrap_or(0.0))
-            .min(self.duration.unwrap_or(f64::INFINITY));
-        let progress = Progress::new(title, length_s);
+        let progress = Progress::new(title, self.length_s(bag));
         let mut notes = Notes::default();
         for warning in bag.warnings() {
             notes.say(&progress, warning.to_string());
         }
-        let given = self.given_position();
-        let first_fix = match (given, self.start_offset) {
-            (None, Some(offset)) => position_before(bag, offset, stream.fix_topic())?,
-            (given, _) => given,
-        };
-        if let Some(fix) = first_fix {
-            let sample = bags::Fix {
-                stamp: Stamp::default(),
-                position: Some(fix),
-            };
+        let is_given = self.has_given_position();
+        if let Some(sample) = self.first_position(bag, stream.fix_topic())? {
             // The position of the command line is an argument: if it means nothing, the command is at an end.
-            let flow = take(Sample::Fix(sample), &progress).context("position")?;
+            let flow = take(sample, &progress).context("position")?;
             if flow.is_break() {
                 return Ok(notes);
             }
@@ -227,7 +263,7 @@ impl SensorInput {
                             progress.set(imu.stamp.seconds_since(first));
                         }
                     }
-                    if given.is_some() && matches!(sample, Sample::Fix(_)) {
+                    if is_given && matches!(sample, Sample::Fix(_)) {
                         continue;
                     }
                     match take(sample, &progress) {
@@ -246,17 +282,7 @@ impl SensorInput {
         for warning in warnings {
             notes.say(&progress, warning.to_string());
         }
-        if notes.undecodable_messages > 1 {
-            let line = format!(
-                "{} messages could not be read in all",
-                notes.undecodable_messages
-            );
-            notes.say(&progress, line);
-        }
-        if notes.not_finite > 1 {
-            let line = format!("{} samples were not finite in all", notes.not_finite);
-            notes.say(&progress, line);
-        }
+        notes.sum_up(&progress);
         drop(progress);
         if count == 0 {
             bail!(
