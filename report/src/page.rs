@@ -51,7 +51,7 @@ enum Block {
     Badge(Markup),
 }
 
-/// A page that is filled from top to bottom.
+/// A page that is filled from top to bottom. What stands before its first section also stands before the table of contents.
 pub struct Page {
     title: String,
     subtitle: String,
@@ -143,7 +143,8 @@ impl Page {
     #[allow(clippy::needless_pass_by_value)] // A page takes what it is given, as with text.
     pub fn table(&mut self, table: Table) -> &mut Self {
         self.tables += 1;
-        self.push(table.markup(self.tables))
+        let id = self.unique_id(&format!("table-{}", self.tables));
+        self.push(table.markup(self.tables, &id))
     }
 
     /// A figure with its caption. It is numbered, and its id is its anchor.
@@ -201,6 +202,9 @@ impl Page {
     }
 
     fn markup(&self) -> Markup {
+        let section = |block: &Block| matches!(block, Block::Section { .. });
+        let first = self.blocks.iter().position(section);
+        let (opening, rest) = self.blocks.split_at(first.unwrap_or(self.blocks.len()));
         html! {
             (DOCTYPE)
             html lang="en" {
@@ -218,8 +222,11 @@ impl Page {
                             dl.meta { @for (key, value) in &self.meta { dt { (key) } dd { (value) } } }
                         }
                     }
-                    (self.contents())
-                    main { (self.body()) }
+                    main {
+                        (body(opening))
+                        (self.contents())
+                        (body(rest))
+                    }
                 }
             }
         }
@@ -241,16 +248,16 @@ impl Page {
             }
         }
     }
+}
 
-    fn body(&self) -> Markup {
-        let badge = |block: &Block| matches!(block, Block::Badge(_));
-        html! {
-            @for group in self.blocks.chunk_by(|a, b| badge(a) && badge(b)) {
-                @if badge(&group[0]) {
-                    p.badges { @for block in group { @if let Block::Badge(markup) = block { (markup) " " } } }
-                } @else {
-                    @for block in group { (block_markup(block)) }
-                }
+fn body(blocks: &[Block]) -> Markup {
+    let badge = |block: &Block| matches!(block, Block::Badge(_));
+    html! {
+        @for group in blocks.chunk_by(|a, b| badge(a) && badge(b)) {
+            @if badge(&group[0]) {
+                p.badges { @for block in group { @if let Block::Badge(markup) = block { (markup) " " } } }
+            } @else {
+                @for block in group { (block_markup(block)) }
             }
         }
     }

@@ -98,14 +98,15 @@ impl Table {
             .any(|row| matches!(row.get(column), Some(Cell::Number(_))))
     }
 
-    pub(crate) fn markup(&self, number: usize) -> Markup {
+    /// The caption stands outside of what scrolls, so that a phone shows all of it.
+    pub(crate) fn markup(&self, number: usize, id: &str) -> Markup {
         let classes: Vec<_> = (0..self.columns())
             .map(|c| self.is_numeric(c).then_some("number"))
             .collect();
         html! {
+            p.caption id=(id) { b { "Table " (number) "." } " " (self.caption) }
             div.scroll tabindex="0" role="region" aria-label={ "Table " (number) } {
-                table {
-                    caption { b { "Table " (number) "." } " " (self.caption) }
+                table aria-labelledby=(id) {
                     @if !self.header.is_empty() {
                         thead { tr {
                             @for (column, class) in classes.iter().enumerate() {
