@@ -71,6 +71,19 @@ pub fn slug(text: &str) -> String {
     slug.trim_matches('-').to_owned()
 }
 
+/// A case without its noise, e.g. `x-y, outer x inner y`.
+fn setting(case: Case) -> String {
+    let name = case.name();
+    name.split_once(' ')
+        .map_or(name.as_str(), |(_, rest)| rest)
+        .to_owned()
+}
+
+/// A case as headings have it, e.g. `x-y, outer x inner y, noise D`.
+pub fn title(case: Case) -> String {
+    format!("{}, noise {}", setting(case), case.reading.letter())
+}
+
 /// Joint angles of a program against time (the paper's Figure 3).
 pub fn joint_angles(program: &Program, hours_long: f64) -> Figure {
     let mut points: [Vec<(f64, f64)>; 2] = [vec![(0.0, 0.0)], vec![(0.0, 0.0)]];
@@ -96,10 +109,13 @@ pub fn joint_angles(program: &Program, hours_long: f64) -> Figure {
         "Joint angles of {} with the dwell, rate and acceleration of Table 1; the outer joint turns about {}, the inner about {}.",
         program.name, program.table.outer, program.table.inner
     ))
-    .panel(Panel::new("", Axis::new("outer joint", "deg")).series(Series::new("outer joint", outer)))
+    .panel(
+        Panel::new("", Axis::new("outer joint", "deg"))
+            .series(Series::new("outer joint", outer).unlisted()),
+    )
     .panel(
         Panel::new("", Axis::new("inner joint", "deg"))
-            .series(Series::new("inner joint", inner).colour(1)),
+            .series(Series::new("inner joint", inner).colour(1).unlisted()),
     )
 }
 
@@ -108,15 +124,16 @@ pub fn errors(result: &CaseResult, group: &Group, campaign: &Campaign) -> Figure
     let case = result.case;
     let mut figure = Figure::new(
         format!("{}-{}", group.id, slug(&case.name())),
-        format!("{}, {}", group.name, case.name()),
+        format!("{}, {}", group.name, title(case)),
         hours(),
     )
     .x_range(0.0, campaign.plan.hours)
     .caption(format!(
-        "Errors of {} runs ({} drawn), their root mean square, and ±3σ of the filter. {} A mark stands where σ of the bound falls below {} for good.",
+        "Errors of {} runs ({} drawn), their root mean square, and ±3σ of the filter. {} A mark stands where {} of the bound falls below {} for good.",
         result.statistics.runs,
         result.statistics.traces.len(),
         setting_line(case, campaign),
+        threshold_state(group),
         threshold_text(group),
     ));
     for state in group.states.clone() {
@@ -163,6 +180,15 @@ pub fn errors(result: &CaseResult, group: &Group, campaign: &Campaign) -> Figure
 /// Whether the group's threshold is meant for this state: of the misalignments only the azimuth.
 pub fn threshold_applies(group: &Group, state: usize) -> bool {
     group.states.start != MISALIGNMENT || state == MISALIGNMENT + 2
+}
+
+/// What the group's threshold is asked of.
+fn threshold_state(group: &Group) -> &'static str {
+    if group.states.start == MISALIGNMENT {
+        "σ of φU"
+    } else {
+        "σ"
+    }
 }
 
 fn threshold_text(group: &Group) -> String {
@@ -227,29 +253,10 @@ pub fn default_cases(campaign: &Campaign, reading: Reading) -> impl Iterator<Ite
         .filter(move |r| r.case.reading == reading && r.case.has_default_table())
 }
 
-/// Mean NEES against time, with the bounds within which consistent filters lie.
+/// Mean NEES against time, with the bounds within which consistent filters lie; every case in its own panel.
 pub fn nees(campaign: &Campaign, reading: Reading) -> Figure {
     let [low, high] = mean_nees_bounds(campaign.plan.runs, CONFIDENCE);
-    let mut panel = Panel::new("", Axis::new("mean NEES of nine states", ""))
-        .horizontal(low, format!("{low:.2}"))
-        .horizontal(high, format!("{high:.2}"));
-    for (colour, result) in campaign
-        .cases
-        .iter()
-        .filter(|r| r.case.reading == reading)
-        .enumerate()
-    {
-        let points = result
-            .statistics
-            .points
-            .iter()
-            .map(|p| (p.time_s / 3600.0, p.mean_nees().unwrap_or(f64::NAN)))
-            .collect();
-        let name = result.case.name();
-        let name = name.split_once(' ').map_or(name.as_str(), |(_, rest)| rest);
-        panel = panel.series(Series::new(name, points).colour(colour));
-    }
-    Figure::new(
+    let mut figure = Figure::new(
         format!("nees-{}", reading.letter().to_lowercase()),
         format!("Consistency: mean NEES, noise {}", reading.letter()),
         hours(),
@@ -257,12 +264,40 @@ pub fn nees(campaign: &Campaign, reading: Reading) -> Figure {
     .x_range(0.0, campaign.plan.hours)
     .caption(format!(
         "Mean over {} runs of the normalized estimation error squared of misalignment, biases and drifts. Consistent filters stand at 9, \
-         at any one time between the two marks with {:.0} % probability. Seed {}.",
+         at any one time between the two marks, {low:.2} and {high:.2}, with {:.0} % probability. Seed {}.",
         campaign.plan.runs,
         CONFIDENCE * 100.0,
         campaign.plan.seed
-    ))
-    .panel(panel)
+    ));
+    let cases: Vec<_> = campaign
+        .cases
+        .iter()
+        .filter(|r| r.case.reading == reading)
+        .collect();
+    let values = |result: &CaseResult| -> Vec<(f64, f64)> {
+        let points = result.statistics.points.iter();
+        points
+            .map(|p| (p.time_s / 3600.0, p.mean_nees().unwrap_or(f64::NAN)))
+            .collect()
+    };
+    // One scale for all, so that they can be compared.
+    let all = || cases.iter().flat_map(|r| values(r)).map(|point| point.1);
+    let floor = all().fold(low, f64::min) - 0.5;
+    let ceiling = all().fold(high, f64::max) + 0.5;
+    for (colour, result) in cases.iter().enumerate() {
+        figure = figure.panel(
+            Panel::new(setting(result.case), Axis::new("mean NEES", ""))
+                .range(floor, ceiling)
+                .horizontal(low, "")
+                .horizontal(high, "")
+                .series(
+                    Series::new("mean NEES", values(result))
+                        .colour(colour)
+                        .unlisted(),
+                ),
+        );
+    }
+    figure
 }
 
 /// Final sigma against heading, every scheme and gimbal order.
@@ -286,10 +321,8 @@ pub fn heading_sweep(campaign: &Campaign, reading: Reading) -> Figure {
                     (p.heading_deg, end / scale)
                 })
                 .collect();
-            let name = case.name();
-            let name = name.split_once(' ').map_or(name.as_str(), |(_, rest)| rest);
             panel = panel.series(
-                Series::new(name, points)
+                Series::new(setting(case), points)
                     .line(Line::LinePoints)
                     .colour(colour),
             );
@@ -358,7 +391,7 @@ pub fn position_error(
     };
     Figure::new(
         format!("position-{}-turn-{turn_deg:.0}-{long_h:.0}h", slug(&result.case.name())),
-        format!("Position error in {long_h:.0} h, {}, {turned}", result.case.name()),
+        format!("Position error in {long_h:.0} h, {}, {turned}", title(result.case)),
         hours(),
     )
     .x_range(0.0, long_h)

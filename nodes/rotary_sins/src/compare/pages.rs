@@ -101,7 +101,7 @@ fn calibration_section(
             add(page, drawn, figures::sigmas(campaign, reading, group))?;
         }
         for result in figures::default_cases(campaign, reading) {
-            page.section(3, capital(&result.case.name()));
+            page.section(3, capital(&figures::title(result.case)));
             for group in &GROUPS {
                 add(page, drawn, figures::errors(result, group, campaign))?;
             }
@@ -266,7 +266,7 @@ fn end_table(result: &CaseResult, campaign: &Campaign) -> Table {
     let mut table = Table::new(
         format!(
             "{} after {} h: {}",
-            capital(&result.case.name()),
+            capital(&figures::title(result.case)),
             campaign.plan.hours,
             figures::setting_line(result.case, campaign)
         ),
