@@ -1,4 +1,4 @@
-//! `rotary-sins`: simulate, align, calibrate, navigate, inspect, record and play bags.
+//! `rotary-sins`: simulate, align, calibrate, navigate, inspect, report on, record and play bags.
 //!
 //! The commands drive the state machines of `sins` with the samples of a bag, as the nodes drive them with those of
 //! DDS, and give the same numbers. Exit status: 0 done; 1 it ran and did not reach what was asked for; 2 the arguments
@@ -17,6 +17,7 @@ mod output;
 mod play;
 mod progress;
 mod record;
+mod run_report;
 mod scheme_options;
 mod sensor_input;
 mod simulate;
@@ -49,6 +50,8 @@ enum Command {
     Compare(compare::Options),
     /// Say what a rotation scheme can show of the errors, and how well
     Observability(observability::Options),
+    /// Make a page about one recorded run: estimates, consistency, steps, gaps, verdict
+    Report(run_report::Options),
     /// Record topics of any type into a bag, until Ctrl-C
     Record(record::Options),
     /// Play the topics of a bag
@@ -100,6 +103,7 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Navigate(options) => navigate::run(&options)?,
         Command::Compare(options) => compare::run(&options)?,
         Command::Observability(options) => observability::run(&options)?,
+        Command::Report(options) => run_report::run(&options)?,
         Command::Demo(options) => demo::run(&options)?,
     };
     Ok(match outcome {

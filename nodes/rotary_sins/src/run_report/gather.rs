@@ -1,0 +1,454 @@
+//! One pass over the bag: everything that the page needs, and no more memory for a longer run.
+
+use std::collections::BTreeMap;
+
+use anyhow::Context;
+use bags::{Bag, RawMessage, Sample, Selection, cdr};
+use rotary_sins_msgs::{
+    Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
+    diagnostic_msgs::{DiagnosticArray, DiagnosticStatus},
+    nav_msgs::Odometry,
+    sensor_msgs::NavSatFix,
+};
+use sins::{odometry::offset_m, self_calibration::PositionFix, time::Stamp};
+
+use super::{
+    estimates::{Counts, History, Point, phase_number},
+    scheme::Scheme,
+    streams::Stream,
+    thin::{Corners, POINTS, Thinned},
+    topics::{Role, Topics},
+    truth::Truth,
+};
+use crate::{
+    calibrate::Calibrator,
+    progress::Progress,
+    sensor_input::{Notes, SensorInput},
+};
+
+/// Different diagnostics that are kept.
+const DIAGNOSTICS: usize = 60;
+/// A true position this old says nothing of the present one \[ns\].
+const POSITION_AGE_NS: u64 = 2_000_000_000;
+
+/// Where the estimates come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The bag has them.
+    Recorded,
+    /// They were made from the samples.
+    Own,
+}
+
+/// A diagnostic above OK.
+#[derive(Clone, Debug)]
+pub struct Diagnostic {
+    /// Its part of a node.
+    pub name: String,
+    /// 1 warning, 2 error, 3 stale.
+    pub level: u8,
+    /// The first of its messages.
+    pub message: String,
+    /// The time of that.
+    pub first: Stamp,
+    /// How often it came.
+    pub count: u64,
+}
+
+/// Position errors of one solution.
+pub struct Track {
+    /// Thinned \[m\].
+    pub points: Thinned<f64>,
+    /// The greatest \[m\].
+    pub greatest_m: f64,
+    /// The newest \[m\].
+    pub last_m: f64,
+}
+
+impl Default for Track {
+    fn default() -> Self {
+        Self {
+            points: Thinned::new(POINTS),
+            greatest_m: 0.0,
+            last_m: 0.0,
+        }
+    }
+}
+
+impl Track {
+    fn push(&mut self, stamp: Stamp, metres: f64) {
+        self.greatest_m = self.greatest_m.max(metres);
+        self.last_m = metres;
+        self.points.push(stamp, metres);
+    }
+
+    /// Whether there was no error to be told.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+}
+
+/// Everything that is known of the run.
+pub struct Run {
+    /// Where the estimates come from.
+    pub source: Source,
+    /// The estimates.
+    pub history: History,
+    /// What the simulator knew.
+    pub truth: Truth,
+    /// The scheme, where its sequencer was recorded.
+    pub scheme: Scheme,
+    /// Joint angles.
+    pub joints: Corners,
+    /// Of the topics in their order.
+    pub streams: Vec<Stream>,
+    /// Number of the IMU's topic.
+    pub imu: Option<usize>,
+    /// Number of the estimates' topic.
+    pub estimate: Option<usize>,
+    /// Diagnostics above OK.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Diagnostics above OK that are not in it.
+    pub more_diagnostics: u64,
+    /// Position errors with and without the calibration, local.
+    pub odometry: [Track; 2],
+    /// The same, from positions on the globe.
+    pub fixes: [Track; 2],
+    /// What was wrong on the way.
+    pub notes: Notes,
+    /// Parts of the bag that could not be read.
+    pub damage: Vec<String>,
+}
+
+impl Run {
+    /// First and last time of the run: of its samples and estimates, by their stamps, else of the whole bag.
+    pub fn span(&self) -> (Stamp, Stamp) {
+        let of = |streams: &mut dyn Iterator<Item = &Stream>| {
+            streams
+                .filter_map(|stream| Some((stream.first?, stream.last?)))
+                .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        };
+        let main = [self.imu, self.estimate];
+        of(&mut main.into_iter().flatten().map(|at| &self.streams[at]))
+            .or_else(|| of(&mut self.streams.iter()))
+            .unwrap_or_default()
+    }
+
+    /// Position errors with and without the calibration: local ones where there are any, else those on the globe.
+    pub fn tracks(&self) -> &[Track; 2] {
+        if self.odometry.iter().all(Track::is_empty) {
+            &self.fixes
+        } else {
+            &self.odometry
+        }
+    }
+}
+
+/// Reads the bag. `calibrator` makes estimates where none were recorded.
+pub fn gather(input: &SensorInput, bag: &Bag, calibrator: Calibrator) -> anyhow::Result<Run> {
+    let topics = Topics::find(bag, &input.options())?;
+    let estimate = topics.of(Role::Estimate);
+    let recorded = estimate.is_some_and(|at| bag.topics()[at].count > 0);
+    if estimate.is_none() && topics.sensors.imu.is_none() {
+        // Says what was looked for and what the bag has.
+        bags::SensorStream::new(bag, &input.options())?;
+    }
+    let imu = topics.sensors.imu;
+    let mut gathering = Gathering {
+        bag,
+        calibrator: (!recorded && imu.is_some()).then_some(calibrator),
+        own: History::default(),
+        made: 0,
+        diagnostics: BTreeMap::new(),
+        is_position_given: input.has_given_position(),
+        run: Run {
+            source: Source::Recorded,
+            history: History::default(),
+            truth: Truth::new(input.turntable()?),
+            scheme: Scheme::default(),
+            joints: Corners::default(),
+            streams: bag
+                .topics()
+                .iter()
+                .enumerate()
+                .map(|(at, topic)| Stream::new(topic, Some(at) == imu))
+                .collect(),
+            imu,
+            estimate,
+            diagnostics: Vec::new(),
+            more_diagnostics: 0,
+            odometry: Default::default(),
+            fixes: Default::default(),
+            notes: Notes::default(),
+            damage: Vec::new(),
+        },
+        topics,
+    };
+    gathering.read(input)?;
+    gathering.end(input)
+}
+
+struct Gathering<'b> {
+    bag: &'b Bag,
+    topics: Topics,
+    calibrator: Option<Calibrator>,
+    /// Estimates made from the samples.
+    own: History,
+    made: u64,
+    diagnostics: BTreeMap<(String, u8, String), Diagnostic>,
+    is_position_given: bool,
+    run: Run,
+}
+
+impl Gathering<'_> {
+    fn read(&mut self, input: &SensorInput) -> anyhow::Result<()> {
+        let progress = Progress::new("reading", input.length_s(self.bag));
+        for warning in self.bag.warnings() {
+            self.damaged(&progress, warning);
+        }
+        let options = input.options();
+        if let Some(sample) = input.first_position(self.bag, self.topics.sensors.fix)?
+            && let Some(calibrator) = &mut self.calibrator
+        {
+            calibrator.ingest(&sample).context("position")?;
+        }
+        if options.start_offset.is_some() {
+            self.latched_truth()?;
+        }
+        let selection =
+            Selection::default().window(self.bag, options.start_offset, options.duration);
+        let mut messages = self.bag.messages(&selection);
+        let (mut first, mut count) = (None, 0_u64);
+        while let Some(message) = messages.next() {
+            let first = *first.get_or_insert(message.log_time);
+            count += 1;
+            if count.is_multiple_of(10_000) {
+                progress.set((message.log_time - first) as f64 * 1e-9);
+            }
+            self.run.streams[message.topic].take(&message);
+            if let Some(sample) = self.topics.sensors.sample(self.bag, &message) {
+                match sample {
+                    Ok(sample) => self.take_sample(&progress, message.topic, sample),
+                    Err(error) => self.run.notes.undecodable(&progress, &error),
+                }
+            }
+            if let Some(role) = self.topics.roles[message.topic]
+                && let Err(reason) = self.take_message(role, &message)
+            {
+                let index = self.run.streams[message.topic].count - 1;
+                let error = self.bag.message_error(message.topic, index, reason);
+                self.run.notes.undecodable(&progress, &error);
+            }
+        }
+        for warning in messages.warnings() {
+            self.damaged(&progress, warning);
+        }
+        self.run.notes.sum_up(&progress);
+        Ok(())
+    }
+
+    fn damaged(&mut self, progress: &Progress, warning: &bags::Warning) {
+        let line = warning.to_string();
+        progress.note(&line);
+        self.run.damage.push(line);
+    }
+
+    /// The truth is told once, at the start, which a part of the bag may leave out.
+    fn latched_truth(&mut self) -> anyhow::Result<()> {
+        let topics: Vec<_> = self.topics.of(Role::TrueCalibration).into_iter().collect();
+        let mut messages = self.bag.messages(&Selection::topics(topics.clone()));
+        while let Some(message) = messages.next() {
+            self.take_message(Role::TrueCalibration, &message)
+                .map_err(|reason| self.bag.message_error(topics[0], 0, reason))?;
+        }
+        Ok(())
+    }
+
+    fn take_sample(&mut self, progress: &Progress, topic: usize, sample: Sample) {
+        if let Sample::Joints(joints) = &sample {
+            self.run.truth.take_joints(joints.stamp, joints.position);
+            self.run.joints.push(joints.stamp, joints.position);
+        }
+        let Some(calibrator) = &mut self.calibrator else {
+            return;
+        };
+        if self.is_position_given && matches!(sample, Sample::Fix(_)) {
+            return;
+        }
+        match calibrator.ingest(&sample) {
+            Ok(Some(estimate)) => {
+                let attitude = estimate.navigation.attitude;
+                self.run.truth.take_estimate(estimate.stamp, attitude);
+                let counts = Counts {
+                    samples: estimate.samples.counts.samples,
+                    gaps: estimate.samples.counts.gaps,
+                    lost: estimate.samples.counts.lost,
+                    duration_s: estimate.duration_s,
+                };
+                self.own.failures = estimate.innovations.failures;
+                self.own
+                    .take(Point::from(&estimate), estimate.innovations.last, counts);
+                self.made += 1;
+                if self.made.is_multiple_of(60) {
+                    progress.message(estimate.phase.name().to_owned());
+                }
+            }
+            Ok(None) => {}
+            Err(error) => {
+                let name = &self.bag.topics()[topic].name;
+                self.run.notes.error(progress, name, &error);
+            }
+        }
+        if let Sample::Imu(imu) = &sample {
+            let phase = phase_number(calibrator.machine.phase());
+            self.own.take_phase(imu.stamp, phase);
+        }
+    }
+
+    fn take_message(&mut self, role: Role, message: &RawMessage<'_>) -> Result<(), String> {
+        let run = &mut self.run;
+        match role {
+            Role::Estimate => {
+                let estimate: SelfCalibrationEstimate = cdr::decode(message.data)?;
+                let stamp: Stamp = estimate.header.stamp.into();
+                run.history.take_phase(stamp, estimate.phase);
+                // Before the filter runs there are no numbers.
+                if !estimate.state.is_empty() {
+                    if let Some(attitude) = estimate.attitude.rotation() {
+                        run.truth.take_estimate(stamp, attitude);
+                    }
+                    let counts = Counts {
+                        samples: estimate.samples,
+                        gaps: estimate.gaps,
+                        lost: estimate.lost_samples,
+                        duration_s: estimate.duration,
+                    };
+                    let failed = estimate.phase == SelfCalibrationEstimate::INCONSISTENT;
+                    run.history.failures += u64::from(failed);
+                    run.history
+                        .take(Point::from(&estimate), estimate.nis, counts);
+                }
+            }
+            Role::Scheme => run.scheme.take(&cdr::decode::<SchemeStatus>(message.data)?),
+            Role::Diagnostics => {
+                let array: DiagnosticArray = cdr::decode(message.data)?;
+                let stamp = array.header.stamp.into();
+                for status in &array.status {
+                    self.take_status(stamp, status);
+                }
+            }
+            Role::TrueCalibration => {
+                let truth: Calibration = cdr::decode(message.data)?;
+                run.truth.take_calibration(truth);
+            }
+            Role::TruePose => {
+                let pose: Odometry = cdr::decode(message.data)?;
+                let place = &pose.pose.pose.position;
+                let place = [place.x, place.y, place.z];
+                if let Some(attitude) = pose.pose.pose.orientation.rotation() {
+                    let stamp = pose.header.stamp.into();
+                    run.truth.take_pose(stamp, attitude, place);
+                }
+            }
+            Role::Odometry(which) => {
+                let pose: Odometry = cdr::decode(message.data)?;
+                let stamp: Stamp = pose.header.stamp.into();
+                let place = &pose.pose.pose.position;
+                if let Some((then, truth)) = run.truth.place()
+                    && then.nanos().abs_diff(stamp.nanos()) < POSITION_AGE_NS
+                {
+                    let metres = (place.x - truth[0]).hypot(place.y - truth[1]);
+                    run.odometry[which].push(stamp, metres);
+                }
+            }
+            Role::Fix(which) => {
+                let fix: NavSatFix = cdr::decode(message.data)?;
+                if let (Some(truth), Some(place)) = (&run.truth.calibration, fix.position()) {
+                    let origin = PositionFix {
+                        latitude: truth.latitude_deg.to_radians(),
+                        longitude: truth.longitude_deg.to_radians(),
+                        height: truth.height_m,
+                    };
+                    let offset = offset_m(&origin, place.latitude, place.longitude, place.height);
+                    run.fixes[which].push(fix.header.stamp.into(), offset.x.hypot(offset.y));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn take_status(&mut self, stamp: Stamp, status: &DiagnosticStatus) {
+        if status.level == DiagnosticStatus::OK {
+            return;
+        }
+        // What differs in its numbers alone is the same message.
+        let key = (
+            status.name.clone(),
+            status.level,
+            status
+                .message
+                .split(|c: char| c.is_ascii_digit())
+                .filter(|part| !part.is_empty())
+                .collect(),
+        );
+        if let Some(known) = self.diagnostics.get_mut(&key) {
+            known.count += 1;
+        } else if self.diagnostics.len() < DIAGNOSTICS {
+            let diagnostic = Diagnostic {
+                name: status.name.clone(),
+                level: status.level,
+                message: status.message.clone(),
+                first: stamp,
+                count: 1,
+            };
+            self.diagnostics.insert(key, diagnostic);
+        } else {
+            self.run.more_diagnostics += 1;
+        }
+    }
+
+    /// Decides where the estimates come from, and closes everything.
+    fn end(mut self, input: &SensorInput) -> anyhow::Result<Run> {
+        if let (None, Some(calibrator)) = (self.run.history.phase, &mut self.calibrator) {
+            let last = calibrator
+                .machine
+                .finish()
+                .with_context(|| input.what_is_missing(self.bag))?;
+            self.own.take_phase(last.stamp, phase_number(last.phase));
+            self.own.failures = last.innovations.failures;
+            if self.own.newest != Some(last.stamp) {
+                let counts = last.samples.counts;
+                let counts = Counts {
+                    samples: counts.samples,
+                    gaps: counts.gaps,
+                    lost: counts.lost,
+                    duration_s: last.duration_s,
+                };
+                let attitude = last.navigation.attitude;
+                self.run.truth.take_estimate(last.stamp, attitude);
+                self.own
+                    .take(Point::from(&last), last.innovations.last, counts);
+            }
+            if let Some(doubt) = last.axes_doubt() {
+                crate::output::note(&doubt);
+                self.run.notes.lines.push(doubt);
+            }
+            self.run.source = Source::Own;
+            self.run.history = self.own;
+        }
+        if self.run.history.phase.is_none() {
+            let name = self
+                .run
+                .estimate
+                .map_or("", |at| self.bag.topics()[at].name.as_str());
+            anyhow::bail!(
+                "{}: no message of type {} could be read of {name:?}, and there are no samples of an IMU to make estimates from",
+                self.bag.path().display(),
+                SelfCalibrationEstimate::TYPE_NAME
+            );
+        }
+        self.run.diagnostics = self.diagnostics.into_values().collect();
+        self.run.diagnostics.sort_by_key(|d| d.first);
+        Ok(self.run)
+    }
+}

@@ -1,0 +1,230 @@
+//! What is thought of a run.
+
+use report::Verdict;
+use rotary_sins_msgs::SelfCalibrationEstimate;
+use sins::{
+    estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS},
+    rotation::HeadingPitchRoll,
+};
+
+use super::{
+    estimates::{Point, phase_name},
+    gather::Run,
+};
+
+/// How many sigmas an estimate may be off the truth.
+pub const LIMIT_SIGMA: f64 = 3.5;
+
+/// One estimated state at the end, SI.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    /// Its number in the state vector.
+    pub index: usize,
+    /// The estimate; none of a misalignment, which has been fed back.
+    pub estimate: Option<f64>,
+    /// 1 sigma.
+    pub sigma: f64,
+    /// The truth, where the bag has it.
+    pub truth: Option<f64>,
+    /// Estimate minus truth, where that is known.
+    pub error: Option<f64>,
+}
+
+impl State {
+    /// The error in sigmas.
+    pub fn sigmas(&self) -> Option<f64> {
+        Some(self.error? / self.sigma)
+    }
+
+    /// Whether it is where its sigma says; `None` without a truth.
+    pub fn is_good(&self) -> Option<bool> {
+        // Not a number is not good.
+        self.sigmas().map(|sigmas| sigmas.abs() <= LIMIT_SIGMA)
+    }
+}
+
+/// Heading, roll or pitch at the end \[rad\].
+#[derive(Clone, Copy, Debug)]
+pub struct Angle {
+    /// Its name.
+    pub name: &'static str,
+    /// The estimate.
+    pub estimate: f64,
+    /// 1 sigma.
+    pub sigma: f64,
+    /// The truth, where the bag has it.
+    pub truth: Option<f64>,
+}
+
+/// The state of things at the end.
+#[derive(Clone, Debug, Default)]
+pub struct End {
+    /// Drifts, biases, misalignments.
+    pub states: Vec<State>,
+    /// Heading, roll, pitch.
+    pub angles: Vec<Angle>,
+}
+
+impl End {
+    /// Of the last estimate.
+    pub fn new(last: Option<&Point>, run: &Run) -> Self {
+        let Some(last) = last else {
+            return Self::default();
+        };
+        let truth = run.truth.calibration.as_ref();
+        let vehicle = run.truth.vehicle();
+        let error = run.truth.error_at(last.stamp);
+        let mut states = Vec::new();
+        for (start, [estimate, sigma], truth) in [
+            (DRIFT, last.drift, truth.map(|t| t.gyroscope_drift)),
+            (BIAS, last.bias, truth.map(|t| t.accelerometer_bias)),
+        ] {
+            states.extend((0..3).map(|axis| State {
+                index: start + axis,
+                estimate: Some(estimate[axis]),
+                sigma: sigma[axis],
+                truth: truth.map(|truth| truth[axis]),
+                error: truth.map(|truth| estimate[axis] - truth[axis]),
+            }));
+        }
+        states.extend((0..3).map(|axis| State {
+            index: MISALIGNMENT + axis,
+            estimate: None,
+            sigma: last.misalignment_sigma[axis],
+            truth: None,
+            error: error.map(|error| error[axis]),
+        }));
+        let angle = |name, of: fn(&HeadingPitchRoll) -> f64| Angle {
+            name,
+            estimate: of(&last.vehicle),
+            sigma: of(&last.vehicle_sigma),
+            truth: vehicle.as_ref().map(of),
+        };
+        Self {
+            states,
+            angles: vec![
+                angle("heading", |a| a.heading),
+                angle("roll", |a| a.roll),
+                angle("pitch", |a| a.pitch),
+            ],
+        }
+    }
+}
+
+/// One thing that was looked at.
+#[derive(Clone, Debug)]
+pub struct Finding {
+    /// Its name in JSON where it is a fault.
+    pub name: &'static str,
+    /// What is thought of it.
+    pub verdict: Verdict,
+    /// In a few words.
+    pub text: String,
+}
+
+/// Everything that was looked at; faults first.
+pub fn findings(run: &Run, end: &End) -> Vec<Finding> {
+    let mut findings = vec![converged(run), consistent(run)];
+    findings.extend(near_truth(end));
+    findings.extend([without_gaps(run), whole(run)]);
+    if !run.diagnostics.is_empty() {
+        findings.push(Finding {
+            name: "diagnostics",
+            verdict: Verdict::Warn,
+            text: format!(
+                "{} above OK",
+                plural(run.diagnostics.len() as u64, "diagnostic")
+            ),
+        });
+    }
+    findings.sort_by_key(|finding| finding.verdict != Verdict::Bad);
+    findings
+}
+
+fn finding(name: &'static str, fault: Option<String>, good: impl Into<String>) -> Finding {
+    Finding {
+        name,
+        verdict: if fault.is_some() {
+            Verdict::Bad
+        } else {
+            Verdict::Good
+        },
+        text: fault.unwrap_or_else(|| good.into()),
+    }
+}
+
+fn converged(run: &Run) -> Finding {
+    let phase = run.history.phase.unwrap_or_default();
+    let fault = (phase != SelfCalibrationEstimate::CONVERGED)
+        .then(|| format!("not converged: {}", phase_name(phase)));
+    finding("not_converged", fault, "converged")
+}
+
+fn consistent(run: &Run) -> Finding {
+    let failures = run.history.failures;
+    let fault = (failures > 0).then(|| {
+        format!(
+            "inconsistent: NIS above its bound at {}",
+            plural(failures, "update")
+        )
+    });
+    finding("inconsistent", fault, "consistent")
+}
+
+fn near_truth(end: &End) -> Option<Finding> {
+    let worst = end
+        .states
+        .iter()
+        .filter_map(|state| Some((state, state.sigmas()?)))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let (state, sigmas) = worst;
+    let text = format!(
+        "{} {:.1} sigma from the truth",
+        STATE_LABELS[state.index].words,
+        sigmas.abs()
+    );
+    let fault = (state.is_good() != Some(true)).then_some(text);
+    let good = format!("within {:.1} sigma of the truth", sigmas.abs());
+    Some(finding("outside_truth", fault, good))
+}
+
+/// Holes in the samples of the bag, else in those that the calibrator got.
+pub fn gaps(run: &Run) -> (u64, u64) {
+    let of_bag = run.imu.map_or((0, 0), |at| {
+        let imu = &run.streams[at];
+        (imu.gap_count(), imu.lost())
+    });
+    let counts = run.history.counts;
+    of_bag.max((counts.gaps, counts.lost))
+}
+
+fn without_gaps(run: &Run) -> Finding {
+    let (gaps, lost) = gaps(run);
+    let fault = (gaps > 0).then(|| {
+        format!(
+            "{} in the samples, {} missing",
+            plural(gaps, "gap"),
+            plural(lost, "sample")
+        )
+    });
+    finding("gaps", fault, "no sample missing")
+}
+
+fn whole(run: &Run) -> Finding {
+    let undecodable = run.notes.undecodable_messages;
+    let fault = match (run.damage.is_empty(), undecodable) {
+        (true, 0) => None,
+        (false, _) => Some("bag damaged".to_owned()),
+        (true, n) => Some(format!("{} unreadable", plural(n, "message"))),
+    };
+    finding("damaged", fault, "bag whole")
+}
+
+/// `1 gap`, `2 gaps`.
+pub fn plural(count: u64, what: &str) -> String {
+    if count == 1 {
+        format!("1 {what}")
+    } else {
+        format!("{count} {what}s")
+    }
+}
