@@ -5,6 +5,9 @@ use serde::Serialize;
 
 use crate::Verdict;
 
+/// Rows of a table that a printed page does not break.
+const UNBROKEN: usize = 16;
+
 /// One cell of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -104,21 +107,23 @@ impl Table {
             .map(|c| self.is_numeric(c).then_some("number"))
             .collect();
         html! {
-            p.caption id=(id) { b { "Table " (number) "." } " " (self.caption) }
-            div.scroll tabindex="0" role="region" aria-label={ "Table " (number) } {
-                table aria-labelledby=(id) {
-                    @if !self.header.is_empty() {
-                        thead { tr {
-                            @for (column, class) in classes.iter().enumerate() {
-                                th scope="col" class=[class] { (self.header.get(column).map_or("", String::as_str)) }
-                            }
-                        } }
-                    }
-                    tbody {
-                        @for row in &self.rows {
-                            tr {
+            div.short[self.rows.len() <= UNBROKEN] {
+                p.caption id=(id) { b { "Table " (number) "." } " " (self.caption) }
+                div.scroll tabindex="0" role="region" aria-label={ "Table " (number) } {
+                    table aria-labelledby=(id) {
+                        @if !self.header.is_empty() {
+                            thead { tr {
                                 @for (column, class) in classes.iter().enumerate() {
-                                    (row.get(column).map_or_else(|| html! { td {} }, |cell| cell_markup(cell, *class)))
+                                    th scope="col" class=[class] { (self.header.get(column).map_or("", String::as_str)) }
+                                }
+                            } }
+                        }
+                        tbody {
+                            @for row in &self.rows {
+                                tr {
+                                    @for (column, class) in classes.iter().enumerate() {
+                                        (row.get(column).map_or_else(|| html! { td {} }, |cell| cell_markup(cell, *class)))
+                                    }
                                 }
                             }
                         }
@@ -135,8 +140,18 @@ fn cell_markup(cell: &Cell, class: Option<&str>) -> Markup {
         td class=[class] {
             @match verdict {
                 Some(verdict) => span class=(verdict.class()) { (verdict.sign()) " " (text) },
-                None => (text),
+                None => (breakable(text)),
             }
+        }
+    }
+}
+
+/// Names of topics and types may be broken behind their slashes and underscores.
+fn breakable(text: &str) -> Markup {
+    html! {
+        @for (i, part) in text.split_inclusive(['/', '_']).enumerate() {
+            @if i > 0 { wbr; }
+            (part)
         }
     }
 }

@@ -153,6 +153,23 @@ fn numbers_are_aligned_and_verdicts_told_by_signs() {
 }
 
 #[test]
+fn names_of_topics_may_be_broken() {
+    let mut page = Page::new("t");
+    page.table(Table::new("", ["topic"]).row([Cell::text("/imu/data_raw")]));
+    assert!(
+        page.to_html()
+            .contains("<td>/<wbr>imu/<wbr>data_<wbr>raw</td>")
+    );
+}
+
+#[test]
+fn a_verdict_stands_before_the_contents() {
+    let html = page().to_html();
+    let at = |text: &str| html.find(text).expect("it is there");
+    assert!(at("fine &lt;") < at("id=\"contents\"") && at("id=\"contents\"") < at("<h2 id="));
+}
+
+#[test]
 fn a_page_is_written_as_it_reads() {
     let mut out = Vec::new();
     page().write_to(&mut out).expect("memory");

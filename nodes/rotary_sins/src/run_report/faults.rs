@@ -34,7 +34,7 @@ pub fn faults(run: &Run) -> (Vec<Fault>, u64) {
         }
         let (repeated, backward) = stream.repeated_backward();
         // Messages without a stamp of their own may well come at one time.
-        if stream.is_regular() && stream.by_stamp && repeated + backward > 0 {
+        if stream.is_regular() && stream.by_stamp() && repeated + backward > 0 {
             faults.push(Fault {
                 stamp: None,
                 place: place(),

@@ -125,7 +125,7 @@ impl Run {
     pub fn span(&self) -> (Stamp, Stamp) {
         let of = |streams: &mut dyn Iterator<Item = &Stream>| {
             streams
-                .filter_map(|stream| Some((stream.first?, stream.last?)))
+                .filter_map(Stream::span)
                 .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
         };
         let main = [self.imu, self.estimate];

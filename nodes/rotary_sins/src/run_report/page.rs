@@ -327,7 +327,7 @@ fn fault_section(page: &mut Page, head: &Head<'_>, run: &Run) {
 
 fn topic_table(head: &Head<'_>, run: &Run) -> Table {
     let mut table = Table::new(
-        "Topics of the bag. Times are seconds from the start, by the stamps of the messages, or by the recorder's clock where they have none (r). Gaps are counted where messages come at a rate.",
+        "Topics of the bag. Times are seconds from the start, by the stamps of the messages, or by the recorder's clock where they have none (r). Gaps are counted where messages come at a rate; longest is the longest time from one message to the next.",
         [
             "topic",
             "type",
@@ -335,7 +335,7 @@ fn topic_table(head: &Head<'_>, run: &Run) -> Table {
             "Hz",
             "gaps",
             "missing",
-            "longest interval, s",
+            "longest, s",
             "first, s",
             "last, s",
         ],
@@ -343,7 +343,7 @@ fn topic_table(head: &Head<'_>, run: &Run) -> Table {
     for stream in &run.streams {
         let time = |stamp: Option<Stamp>| {
             Cell::number(stamp.map_or_else(String::new, |stamp| {
-                let clock = if stream.by_stamp { "" } else { " r" };
+                let clock = if stream.by_stamp() { "" } else { " r" };
                 format!("{}{clock}", head.clock.seconds(stamp))
             }))
         };
@@ -364,14 +364,14 @@ fn topic_table(head: &Head<'_>, run: &Run) -> Table {
         };
         table = table.row([
             Cell::text(&stream.name),
-            Cell::text(&stream.type_name),
+            Cell::text(stream.type_name.replace("/msg/", "/")),
             Cell::number(stream.count.to_string()),
             Cell::number(rate),
             Cell::number(counted(stream.gap_count())),
             Cell::number(counted(stream.lost())),
             Cell::number(longest),
-            time(stream.first),
-            time(stream.last),
+            time(stream.span().map(|span| span.0)),
+            time(stream.span().map(|span| span.1)),
         ]);
     }
     table

@@ -32,16 +32,15 @@ pub struct Stream {
     pub name: String,
     /// Its type.
     pub type_name: String,
-    /// Times are the stamps of the messages, not those of the recorder.
-    pub by_stamp: bool,
     /// Messages.
     pub count: u64,
-    /// Time of the first message.
-    pub first: Option<Stamp>,
-    /// Time of the last message.
-    pub last: Option<Stamp>,
     /// Its first gaps.
     pub gaps: Vec<Gap>,
+    has_stamp: bool,
+    /// First and last, by the stamps where messages have them.
+    times: Option<(Stamp, Stamp)>,
+    /// First and last, by the recorder.
+    logged: Option<(Stamp, Stamp)>,
     monitor: StreamMonitor,
     usual: u64,
     /// Counts as the machines count, for the samples that they take.
@@ -54,41 +53,40 @@ impl Stream {
         Self {
             name: topic.name.clone(),
             type_name: topic.type_name.clone(),
-            by_stamp: known_type(&topic.type_name).is_some_and(KnownType::begins_with_stamp),
             count: 0,
-            first: None,
-            last: None,
             gaps: Vec::new(),
+            has_stamp: known_type(&topic.type_name).is_some_and(KnownType::begins_with_stamp),
+            times: None,
+            logged: None,
             monitor: StreamMonitor::default(),
             usual: 0,
             clock: is_imu.then(SampleClock::default),
         }
     }
 
-    /// Takes a message.
+    /// Takes a message. A stamp that nobody filled in says nothing.
     pub fn take(&mut self, message: &RawMessage<'_>) {
-        let stamp = self
-            .by_stamp
-            .then(|| stamp_in_front(message.data))
-            .flatten();
-        if self.count == 0 && stamp.is_none_or(|stamp| stamp.nanos() == 0) {
-            // Nobody filled the stamp in.
-            self.by_stamp = false;
-        }
         self.count += 1;
-        let time = match stamp {
-            Some(stamp) if self.by_stamp => stamp,
-            _ if self.by_stamp => return,
-            _ => Stamp::from_nanos(message.log_time.cast_signed()),
-        };
-        let before = self.last;
+        let logged = Stamp::from_nanos(message.log_time.cast_signed());
+        let first = self.logged.map_or(logged, |logged| logged.0);
+        self.logged = Some((first, logged));
+        if !self.has_stamp {
+            return self.follow(logged);
+        }
+        if let Some(stamp) = stamp_in_front(message.data).filter(|stamp| stamp.nanos() != 0) {
+            self.follow(stamp);
+        }
+    }
+
+    fn follow(&mut self, time: Stamp) {
+        let before = self.times.map(|times| times.1);
         let (lost_before, usual_ns) = (self.lost(), self.monitor.interval_nanos());
         let mut is_gap = self.monitor.ingest(time.nanos());
         if let Some(clock) = &mut self.clock {
             is_gap = matches!(clock.classify(time), Interval::Gap { .. });
         }
-        self.first.get_or_insert(time);
-        self.last = Some(time);
+        let first = self.times.map_or(time, |times| times.0);
+        self.times = Some((first, time));
         let Some(before) = before else { return };
         let length_s = time.seconds_since(before);
         if is_gap {
@@ -102,6 +100,16 @@ impl Stream {
         } else if usual_ns.is_none_or(|usual| length_s > 0.5e-9 * usual as f64) {
             self.usual += 1;
         }
+    }
+
+    /// Whether its times are the stamps of its messages, not those of the recorder.
+    pub fn by_stamp(&self) -> bool {
+        self.has_stamp && self.times.is_some()
+    }
+
+    /// Time of the first message and of the last.
+    pub fn span(&self) -> Option<(Stamp, Stamp)> {
+        self.times.or(self.logged)
     }
 
     /// Whether it comes at a rate, so that gaps mean something.
@@ -136,7 +144,8 @@ impl Stream {
 
     /// Messages a second, from the first to the last.
     pub fn rate_hz(&self) -> Option<f64> {
-        let length_s = self.last?.seconds_since(self.first?);
+        let (first, last) = self.span()?;
+        let length_s = last.seconds_since(first);
         (self.count > 1 && length_s > 0.0).then(|| (self.count - 1) as f64 / length_s)
     }
 }

@@ -300,14 +300,14 @@ fn topics(run: &Run) -> Vec<TopicJson> {
         .map(|stream| TopicJson {
             name: stream.name.clone(),
             type_name: stream.type_name.clone(),
-            by_stamp: stream.by_stamp,
+            by_stamp: stream.by_stamp(),
             messages: stream.count,
             rate_hz: stream.rate_hz(),
             gaps: stream.is_regular().then(|| stream.gap_count()),
             missing: stream.is_regular().then(|| stream.lost()),
             longest_s: stream.longest_s(),
-            first_ns: stream.first.map(Stamp::nanos),
-            last_ns: stream.last.map(Stamp::nanos),
+            first_ns: stream.span().map(|span| span.0.nanos()),
+            last_ns: stream.span().map(|span| span.1.nanos()),
         })
         .collect()
 }
