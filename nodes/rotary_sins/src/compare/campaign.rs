@@ -31,6 +31,8 @@ pub const SWEEP_DEG: [f64; 13] = [
 ];
 /// Points of a voyage's track \[s\].
 pub const TRACK_S: f64 = 300.0;
+/// Samples a second in the calibrations before the voyages: what they find does not depend on it.
+pub const VOYAGE_CALIBRATION_HZ: f64 = 20.0;
 /// Lengths of the voyages \[h\].
 pub const VOYAGE_H: [f64; 2] = [24.0, 72.0];
 /// Turns of the ship before them \[deg\].
@@ -382,11 +384,12 @@ impl Plan {
         let mut voyages = Vec::new();
         if self.voyages_of(case) {
             // The paper's picture is that of one IMU with the errors of Table 1: so are the voyages.
-            let table_1 = MonteCarlo {
+            let mut table_1 = MonteCarlo {
                 errors: Some(TrueErrors::table_1()),
                 snapshots_s: Vec::new(),
                 ..monte_carlo.clone()
             };
+            table_1.plant.imu_rate_hz = self.rate_hz.min(VOYAGE_CALIBRATION_HZ);
             let departures: Vec<RunResult> = table_1.run(batch)?;
             voyages = vec![VoyageStatistics::default(); TURNS_DEG.len()];
             for run in &departures {
