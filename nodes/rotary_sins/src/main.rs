@@ -9,6 +9,7 @@ mod calibrate;
 mod calibration_file;
 mod compare;
 mod demo;
+mod experiment;
 mod filter_options;
 mod info;
 mod navigate;
@@ -47,6 +48,8 @@ enum Command {
     Navigate(navigate::Options),
     /// Reproduce the paper's simulations, and judge its claims
     Compare(compare::Options),
+    /// Repeat the paper's experiment on simulated IMUs
+    Experiment(experiment::Options),
     /// Say what a rotation scheme can show of the errors, and how well
     Observability(observability::Options),
     /// Record topics of any type into a bag, until Ctrl-C
@@ -99,6 +102,7 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Calibrate(options) => calibrate::run(&options)?,
         Command::Navigate(options) => navigate::run(&options)?,
         Command::Compare(options) => compare::run(&options)?,
+        Command::Experiment(options) => experiment::run(&options)?,
         Command::Observability(options) => observability::run(&options)?,
         Command::Demo(options) => demo::run(&options)?,
     };

@@ -15,7 +15,7 @@ use super::{
     summary::settled_h,
 };
 use crate::{
-    observability::{Analysis, significant, spread_line},
+    observability::{Analysis, dropped, significant, spread_line},
     scheme_options::Reading,
 };
 
@@ -428,7 +428,7 @@ pub fn observability_section(page: &mut Page, level: u8, analysis: &Analysis) {
             Cell::text(&rank.position),
             Cell::number(rank.rank.to_string()),
             Cell::number(format!("{:.1e}", rank.smallest_kept)),
-            Cell::number(format!("{:.1e}", rank.largest_dropped)),
+            Cell::number(dropped(rank.largest_dropped)),
             Cell::text(hidden.join("; ")),
         ]);
     }
