@@ -80,7 +80,7 @@ impl Program {
     }
 
     /// The command, with `--ros-args` where there are any.
-    pub(crate) fn command(&self) -> Command {
+    pub fn command(&self) -> Command {
         let mut command = Command::new(&self.path);
         command.args(&self.arguments);
         if !self.ros_arguments.is_empty() {

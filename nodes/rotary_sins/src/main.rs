@@ -9,6 +9,7 @@ mod calibrate;
 mod calibration_file;
 mod compare;
 mod demo;
+mod experiment;
 mod filter_options;
 mod info;
 mod navigate;
@@ -48,6 +49,8 @@ enum Command {
     Navigate(navigate::Options),
     /// Reproduce the paper's simulations, and judge its claims
     Compare(compare::Options),
+    /// Repeat the paper's experiment on simulated IMUs
+    Experiment(experiment::Options),
     /// Say what a rotation scheme can show of the errors, and how well
     Observability(observability::Options),
     /// Make a page about one recorded run: estimates, consistency, steps, gaps, verdict
@@ -102,6 +105,7 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Calibrate(options) => calibrate::run(&options)?,
         Command::Navigate(options) => navigate::run(&options)?,
         Command::Compare(options) => compare::run(&options)?,
+        Command::Experiment(options) => experiment::run(&options)?,
         Command::Observability(options) => observability::run(&options)?,
         Command::Report(options) => run_report::run(&options)?,
         Command::Demo(options) => demo::run(&options)?,

@@ -358,7 +358,7 @@ fn table_of_ranks(analysis: &Analysis) -> Table {
             rank.position.clone(),
             format!("{} of {STATES}", rank.rank),
             format!("{:.1e}", rank.smallest_kept),
-            format!("{:.1e}", rank.largest_dropped),
+            dropped(rank.largest_dropped),
             rank.hidden.len().to_string(),
         ]);
     }
@@ -417,6 +417,15 @@ fn table_of_bound(analysis: &Analysis) -> Table {
         table.add_row(row);
     }
     table
+}
+
+/// A singular value that does not count; what is rounding is called so, for its digits mean nothing.
+pub fn dropped(value: f64) -> String {
+    if value < 1e-14 {
+        "< 1e-14".to_owned()
+    } else {
+        format!("{value:.1e}")
+    }
 }
 
 /// Three significant digits, without an exponent where it can be helped.

@@ -4,11 +4,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::earth::LocalEarth;
 use crate::error::Error;
-use crate::imu::NoiseDensity;
-use crate::navigator::{Navigator, NavigatorSettings};
+use crate::imu::{ImuSample, NoiseDensity};
 use crate::self_calibration::Calibration;
 use crate::sensor_errors::SensorErrors;
 use crate::simulation::{ImuErrorSettings, ImuErrors, TruthSample};
+use crate::strapdown::{Increment, NavigationState, Strapdown};
+use crate::time::Stamp;
 use crate::turntable::JointSample;
 
 /// Turn of the ship in one sampling interval \[rad\].
@@ -66,81 +67,162 @@ impl VoyageTrack {
     }
 }
 
+/// The block and its sensors while the ship turns and lies.
+struct Sea {
+    earth: LocalEarth,
+    attitude: UnitQuaternion<f64>,
+    imu: ImuErrors,
+    stamp: Stamp,
+}
+
+impl Sea {
+    fn new(departure: &Departure, noise: NoiseDensity) -> Result<Self, Error> {
+        let mooring = &departure.calibration;
+        let settings = ImuErrorSettings {
+            errors: departure.errors,
+            noise,
+        };
+        Ok(Self {
+            earth: LocalEarth::at(mooring.latitude, mooring.height),
+            attitude: departure.attitude,
+            imu: ImuErrors::new(settings, departure.seed)?,
+            stamp: mooring.stamp,
+        })
+    }
+
+    /// Lets an interval pass in which the ship turns by `angle` about the vertical.
+    fn pass(&mut self, angle: f64) -> ImuSample {
+        self.stamp = self.stamp.plus_seconds(INTERVAL_S);
+        let about_up = |angle: f64| UnitQuaternion::from_scaled_axis(Vector3::z() * angle);
+        // The attitude at the middle of the interval stands for its average.
+        let middle = about_up(0.5 * angle) * self.attitude;
+        self.attitude = about_up(angle) * self.attitude;
+        let rate = self.earth.earth_rate() + Vector3::z() * (angle / INTERVAL_S);
+        self.imu.measure(&TruthSample {
+            stamp: self.stamp,
+            interval_nanos: (INTERVAL_S * 1e9) as i64,
+            angular_rate: middle.inverse() * rate,
+            specific_force: middle.inverse() * (Vector3::z() * self.earth.gravity_m_s2),
+            joints: JointSample {
+                stamp: self.stamp,
+                position: [0.0; 2],
+                velocity: [0.0; 2],
+            },
+        })
+    }
+
+    /// Distance from the mooring \[m\].
+    fn distance_m(&self, mooring: &Calibration, state: &NavigationState) -> f64 {
+        f64::hypot(
+            (state.latitude - mooring.latitude) * self.earth.meridian_radius_m,
+            (state.longitude - mooring.longitude)
+                * self.earth.transverse_radius_m
+                * self.earth.cos_latitude,
+        )
+    }
+}
+
 impl Voyage {
-    /// Sails.
+    /// The turns of the ship, interval by interval, and then zeros for the time that she lies \[rad\].
+    fn turns(&self) -> impl Iterator<Item = f64> {
+        let steps = (self.turn_rad.abs() / TURN_STEP_RAD).round() as usize;
+        let part = if steps == 0 {
+            0.0
+        } else {
+            self.turn_rad / steps as f64
+        };
+        let still = (self.duration_s / INTERVAL_S).round() as usize;
+        std::iter::repeat_n(part, steps).chain(std::iter::repeat_n(0.0, still))
+    }
+
+    /// Sails, with the mechanization and the compensation of the [`Navigator`](crate::navigator::Navigator) and without its covariance.
     ///
     /// # Errors
     /// [`Error`] where the sensor errors or the noise mean nothing.
     pub fn sail(&self, departure: &Departure) -> Result<VoyageTrack, Error> {
         let mooring = &departure.calibration;
-        let earth = LocalEarth::at(mooring.latitude, mooring.height);
-        let settings = ImuErrorSettings {
-            errors: departure.errors,
-            noise: self.noise,
+        let mut sea = Sea::new(departure, self.noise)?;
+        let start = NavigationState {
+            attitude: mooring.attitude,
+            velocity: Vector3::zeros(),
+            latitude: mooring.latitude,
+            longitude: mooring.longitude,
+            height: mooring.height,
         };
-        let mut imu = ImuErrors::new(settings, departure.seed)?;
-        let mut navigator = Navigator::new(NavigatorSettings::default())?;
-        let mut stamp = mooring.stamp;
-        let mut attitude = departure.attitude;
-        let mut feed = |attitude: &UnitQuaternion<f64>, turn_rate: f64| {
-            stamp = stamp.plus_seconds(INTERVAL_S);
-            let rate = earth.earth_rate() + Vector3::z() * turn_rate;
-            let truth = TruthSample {
-                stamp,
-                interval_nanos: (INTERVAL_S * 1e9) as i64,
-                angular_rate: attitude.inverse() * rate,
-                specific_force: attitude.inverse() * (Vector3::z() * earth.gravity_m_s2),
-                joints: JointSample {
-                    stamp,
-                    position: [0.0; 2],
-                    velocity: [0.0; 2],
-                },
-            };
-            let sample = imu.measure(&truth);
-            let Some(output) = navigator.ingest_imu(&sample)? else {
-                // The first sample starts the clock, and navigation starts at its stamp.
-                navigator.ingest_calibration(Calibration {
-                    stamp,
-                    ..mooring.clone()
-                })?;
-                return Ok(None);
-            };
-            Ok(Some([output.compensated, output.uncompensated].map(|s| {
-                f64::hypot(
-                    (s.navigation.latitude - mooring.latitude) * earth.meridian_radius_m,
-                    (s.navigation.longitude - mooring.longitude)
-                        * earth.transverse_radius_m
-                        * earth.cos_latitude,
-                )
-            })))
-        };
-        feed(&attitude, 0.0)?;
-        let steps = (self.turn_rad.abs() / TURN_STEP_RAD).round();
-        if steps > 0.0 {
-            let part = self.turn_rad / steps;
-            let turned = |angle: f64, q: &UnitQuaternion<f64>| {
-                UnitQuaternion::from_scaled_axis(Vector3::z() * angle) * q
-            };
-            for _ in 0..steps as u32 {
-                // The attitude at the middle of the interval stands for its average.
-                feed(&turned(0.5 * part, &attitude), part / INTERVAL_S)?;
-                attitude = turned(part, &attitude);
-            }
-        }
+        let compensation = mooring.errors.compensation()?;
+        let mut solutions = [Strapdown::new(start), Strapdown::new(start)];
         let mut track = VoyageTrack::default();
+        let lies_from = self.turns().count() - (self.duration_s / INTERVAL_S).round() as usize;
         let mut due_s = self.every_s;
-        for step in 1..=(self.duration_s / INTERVAL_S).round() as u64 {
-            let Some(errors) = feed(&attitude, 0.0)? else {
+        for (index, turn) in self.turns().enumerate() {
+            let sample = sea.pass(turn);
+            let raw = (sample.angular_rate, sample.specific_force);
+            let corrected = compensation.apply(&raw.0, &raw.1);
+            for (solution, (rate, force)) in solutions.iter_mut().zip([corrected, raw]) {
+                solution.propagate(&Increment::from_averages(INTERVAL_S, &rate, &force));
+            }
+            let Some(lain) = (index + 1).checked_sub(lies_from).filter(|n| *n > 0) else {
                 continue;
             };
-            let time_s = step as f64 * INTERVAL_S;
+            let time_s = lain as f64 * INTERVAL_S;
             if time_s >= due_s {
                 due_s += self.every_s;
+                let [with, without] = solutions
+                    .each_ref()
+                    .map(|s| sea.distance_m(mooring, s.state()));
                 track.times_s.push(time_s);
-                track.compensated_m.push(errors[0]);
-                track.uncompensated_m.push(errors[1]);
+                track.compensated_m.push(with);
+                track.uncompensated_m.push(without);
             }
         }
         Ok(track)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::monte_carlo::{MonteCarlo, TrueErrors};
+    use crate::navigator::{Navigator, NavigatorSettings};
+    use crate::scheme::Scheme;
+    use crate::simulation::NoiseReading;
+
+    /// A voyage is what the navigator makes of the same samples, the turn of the ship included.
+    #[test]
+    fn a_voyage_is_the_navigators() {
+        let mut monte_carlo =
+            MonteCarlo::paper(Scheme::eight_position(), NoiseReading::D.density());
+        monte_carlo.plant.imu_rate_hz = 10.0;
+        monte_carlo.duration_s = 3600.0;
+        monte_carlo.errors = Some(TrueErrors::table_1());
+        let departure = monte_carlo.run(0..1).unwrap()[0].departure();
+        let voyage = Voyage {
+            turn_rad: 1.5,
+            duration_s: 3600.0,
+            noise: NoiseReading::D.density(),
+            every_s: 3600.0,
+        };
+        let track = voyage.sail(&departure).unwrap();
+        let mooring = &departure.calibration;
+        let mut sea = Sea::new(&departure, voyage.noise).unwrap();
+        let mut navigator = Navigator::new(NavigatorSettings::default()).unwrap();
+        // A sample that ends at the calibration's stamp starts the navigator's clock.
+        let mut first = Sea::new(&departure, voyage.noise).unwrap().pass(0.0);
+        first.stamp = mooring.stamp;
+        navigator.ingest_imu(&first).unwrap();
+        navigator.ingest_calibration(mooring.clone()).unwrap();
+        let mut last = None;
+        for turn in voyage.turns() {
+            last = navigator.ingest_imu(&sea.pass(turn)).unwrap();
+        }
+        let last = last.unwrap();
+        for (solution, ours) in [
+            (last.compensated, track.compensated_m[0]),
+            (last.uncompensated, track.uncompensated_m[0]),
+        ] {
+            let distance = sea.distance_m(mooring, &solution.navigation);
+            assert!((distance - ours).abs() < 1e-6 * ours, "{distance} {ours}");
+        }
     }
 }

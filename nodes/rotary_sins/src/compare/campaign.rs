@@ -31,6 +31,8 @@ pub const SWEEP_DEG: [f64; 13] = [
 ];
 /// Points of a voyage's track \[s\].
 pub const TRACK_S: f64 = 300.0;
+/// Samples a second in the calibrations before the voyages: what they find does not depend on it.
+pub const VOYAGE_CALIBRATION_HZ: f64 = 20.0;
 /// Lengths of the voyages \[h\].
 pub const VOYAGE_H: [f64; 2] = [24.0, 72.0];
 /// Turns of the ship before them \[deg\].
@@ -217,6 +219,12 @@ impl VoyageStatistics {
         values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
     }
 
+    /// Root mean square over the runs of the greatest error up to `VOYAGE_H[length]` \[m\].
+    pub fn rms_greatest(&self, length: usize, which: usize) -> f64 {
+        let sum: f64 = self.runs.iter().map(|run| run[length][which].powi(2)).sum();
+        (sum / self.runs.len().max(1) as f64).sqrt()
+    }
+
     /// The greatest error of any run up to `VOYAGE_H[length]` \[m\].
     pub fn worst(&self, length: usize, which: usize) -> f64 {
         self.runs
@@ -234,8 +242,10 @@ pub struct CaseResult {
     pub statistics: Statistics,
     /// The covariance bound at the heading of the Monte Carlo, every 10 s.
     pub bound: Vec<BoundPoint>,
-    /// Position errors by the turns of [`TURNS_DEG`]; empty where no voyages are made.
+    /// Position errors of Table 1's IMU by the turns of [`TURNS_DEG`]; empty where no voyages are made.
     pub voyages: Vec<VoyageStatistics>,
+    /// The same of IMUs with errors drawn from P0, for the first of [`VOYAGE_H`] only.
+    pub drawn_voyages: Vec<VoyageStatistics>,
 }
 
 /// The bound of a case at one heading, every minute.
@@ -333,6 +343,7 @@ impl Plan {
             statistics: Statistics::default(),
             bound: bound::bound(&case.program()?, &self.setting(case, heading_deg), 10)?,
             voyages: Vec::new(),
+            drawn_voyages: Vec::new(),
         };
         let batches: Vec<_> = (0..self.runs)
             .step_by(BATCH as usize)
@@ -352,15 +363,10 @@ impl Plan {
             if let Some(error) = failed.lock().ok().and_then(|mut slot| slot.take()) {
                 return Err(error);
             }
-            for (statistics, voyages) in done.into_iter().flatten() {
+            for (statistics, [voyages, drawn]) in done.into_iter().flatten() {
                 result.statistics.merge(statistics, TRACES);
-                if result.voyages.is_empty() {
-                    result.voyages = voyages;
-                } else {
-                    for (sum, later) in result.voyages.iter_mut().zip(voyages) {
-                        sum.merge(later);
-                    }
-                }
+                merge(&mut result.voyages, voyages);
+                merge(&mut result.drawn_voyages, drawn);
             }
         }
         Ok(result)
@@ -372,39 +378,57 @@ impl Plan {
         case: Case,
         batch: std::ops::Range<u64>,
         progress: &ProgressBar,
-    ) -> Result<(Statistics, Vec<VoyageStatistics>), sins::Error> {
+    ) -> Result<(Statistics, [Vec<VoyageStatistics>; 2]), sins::Error> {
         let mut statistics = Statistics::default();
         let runs = monte_carlo.run(batch.clone())?;
         for run in &runs {
             statistics.add(run, TRACES);
         }
         progress.inc(runs.len() as u64);
-        let mut voyages = Vec::new();
+        let mut voyages = [Vec::new(), Vec::new()];
         if self.voyages_of(case) {
-            // The paper's picture is that of one IMU with the errors of Table 1: so are the voyages.
-            let table_1 = MonteCarlo {
+            // The paper's picture is that of an IMU with the errors of Table 1, whose axes are all alike; IMUs with drawn errors
+            // show what that hides.
+            let mut table_1 = MonteCarlo {
                 errors: Some(TrueErrors::table_1()),
                 snapshots_s: Vec::new(),
                 ..monte_carlo.clone()
             };
-            let departures: Vec<RunResult> = table_1.run(batch)?;
-            voyages = vec![VoyageStatistics::default(); TURNS_DEG.len()];
-            for run in &departures {
-                for (sum, turn_deg) in voyages.iter_mut().zip(TURNS_DEG) {
-                    sum.add(&Self::voyage(case, turn_deg).sail(&run.departure())?);
-                }
-                progress.inc(1);
-            }
+            table_1.plant.imu_rate_hz = self.rate_hz.min(VOYAGE_CALIBRATION_HZ);
+            voyages[0] = sail(case, &table_1.run(batch)?, VOYAGE_H[1])?;
+            voyages[1] = sail(case, &runs, VOYAGE_H[0])?;
+            progress.inc(runs.len() as u64);
         }
         Ok((statistics, voyages))
     }
+}
 
-    fn voyage(case: Case, turn_deg: f64) -> Voyage {
-        Voyage {
-            turn_rad: turn_deg.to_radians(),
-            duration_s: VOYAGE_H[1] * 3600.0,
-            noise: case.reading.density(),
-            every_s: TRACK_S,
-        }
+/// Voyages of all these runs, by the turns of [`TURNS_DEG`].
+fn sail(case: Case, runs: &[RunResult], hours: f64) -> Result<Vec<VoyageStatistics>, sins::Error> {
+    TURNS_DEG
+        .iter()
+        .map(|turn_deg| {
+            let voyage = Voyage {
+                turn_rad: turn_deg.to_radians(),
+                duration_s: hours * 3600.0,
+                noise: case.reading.density(),
+                every_s: TRACK_S,
+            };
+            let mut sum = VoyageStatistics::default();
+            for run in runs {
+                sum.add(&voyage.sail(&run.departure())?);
+            }
+            Ok(sum)
+        })
+        .collect()
+}
+
+fn merge(sums: &mut Vec<VoyageStatistics>, later: Vec<VoyageStatistics>) {
+    if sums.is_empty() {
+        *sums = later;
+        return;
+    }
+    for (sum, later) in sums.iter_mut().zip(later) {
+        sum.merge(later);
     }
 }

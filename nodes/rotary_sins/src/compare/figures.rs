@@ -396,10 +396,11 @@ pub fn position_error(
     )
     .x_range(0.0, long_h)
     .caption(format!(
-        "Free-inertial navigation of {} IMUs with the errors of Table 1 after {} h of calibration, {turned}. {}",
+        "Free-inertial navigation of {} IMUs with the errors of Table 1 after {} h of calibration, {turned}. Noise {}, seed {}.",
         voyages.runs.len(),
         campaign.plan.hours,
-        setting_line(result.case, campaign)
+        result.case.reading.letter(),
+        campaign.plan.seed
     ))
     .panel(panel("with compensation", 0, 0))
     .panel(panel("without compensation", 1, 1))

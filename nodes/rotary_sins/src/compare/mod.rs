@@ -15,6 +15,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{Outcome, output, scheme_options::ShipOptions};
 
+pub use claims::PAPER_NMI;
+
 /// Options of `compare`.
 #[derive(Args)]
 pub struct Options {

@@ -15,7 +15,7 @@ use super::{
     summary::settled_h,
 };
 use crate::{
-    observability::{Analysis, significant, spread_line},
+    observability::{Analysis, dropped, significant, spread_line},
     scheme_options::Reading,
 };
 
@@ -152,9 +152,11 @@ fn voyage_section(
     );
     page.paragraph(
         "A static calibration looks good until the ship turns: its errors lie where they cancel at the heading of the mooring. So every IMU navigates twice, \
-         once lying as she was calibrated and once after a turn by 90 deg.",
+         once lying as she was calibrated and once after a turn by 90 deg. Table 1 gives all axes the same errors, which hides much of this; \
+         IMUs with errors drawn from P0 do not.",
     );
     page.table(voyage_table(campaign));
+    page.table(drawn_voyage_table(campaign));
     for result in &campaign.cases {
         if result.voyages.is_empty() || !figures::has_position_figure(result.case.simulation) {
             continue;
@@ -372,6 +374,37 @@ fn voyage_table(campaign: &Campaign) -> Table {
     table
 }
 
+fn drawn_voyage_table(campaign: &Campaign) -> Table {
+    let mut table = Table::new(
+        format!(
+            "Greatest position error (nmi) within {:.0} h of IMUs with errors drawn from P0: rms over the runs, and the worst run.",
+            VOYAGE_H[0]
+        ),
+        [
+            "case",
+            "turn, deg",
+            "rms with",
+            "worst with",
+            "rms without",
+            "worst without",
+        ],
+    );
+    for result in &campaign.cases {
+        for (voyages, turn) in result.drawn_voyages.iter().zip(TURNS_DEG) {
+            let cell = |metres: f64| Cell::number(format!("{:.2}", metres / NAUTICAL_MILE_M));
+            table = table.row([
+                Cell::text(capital(&result.case.name())),
+                Cell::number(format!("{turn:.0}")),
+                cell(voyages.rms_greatest(0, 0)),
+                cell(voyages.worst(0, 0)),
+                cell(voyages.rms_greatest(0, 1)),
+                cell(voyages.worst(0, 1)),
+            ]);
+        }
+    }
+    table
+}
+
 /// What a scheme can show, as a section.
 pub fn observability_section(page: &mut Page, level: u8, analysis: &Analysis) {
     page.section(level, capital(&analysis.name));
@@ -428,7 +461,7 @@ pub fn observability_section(page: &mut Page, level: u8, analysis: &Analysis) {
             Cell::text(&rank.position),
             Cell::number(rank.rank.to_string()),
             Cell::number(format!("{:.1e}", rank.smallest_kept)),
-            Cell::number(format!("{:.1e}", rank.largest_dropped)),
+            Cell::number(dropped(rank.largest_dropped)),
             Cell::text(hidden.join("; ")),
         ]);
     }

@@ -50,6 +50,15 @@ struct CaseReport {
     /// Time until sigma stays below the threshold, by state \[h\].
     settled_h: Vec<Option<f64>>,
     voyages: Vec<VoyageReport>,
+    drawn_voyages: Vec<DrawnVoyageReport>,
+}
+
+/// Of IMUs with drawn errors, within the first of the voyages' lengths.
+#[derive(Serialize)]
+struct DrawnVoyageReport {
+    turn_deg: f64,
+    rms_greatest_m: f64,
+    rms_greatest_uncompensated_m: f64,
 }
 
 #[derive(Serialize)]
@@ -148,6 +157,16 @@ fn case(result: &CaseResult) -> CaseReport {
                     })
             })
             .collect(),
+        drawn_voyages: result
+            .drawn_voyages
+            .iter()
+            .zip(TURNS_DEG)
+            .map(|(voyages, turn_deg)| DrawnVoyageReport {
+                turn_deg,
+                rms_greatest_m: voyages.rms_greatest(0, 0),
+                rms_greatest_uncompensated_m: voyages.rms_greatest(0, 1),
+            })
+            .collect(),
     }
 }
 
@@ -210,6 +229,19 @@ pub fn text(campaign: &Campaign, claims: &[Claim], command: &str) -> String {
                 )
                 .ok();
             }
+        }
+        for (voyages, turn) in result.drawn_voyages.iter().zip(TURNS_DEG) {
+            let nmi = |metres: f64| metres / NAUTICAL_MILE_M;
+            writeln!(
+                text,
+                "position error, drawn errors, {:.0} h, turned by {turn:.0} deg: rms {:.2} nmi, worst {:.2}; without compensation {:.2}, {:.2}",
+                VOYAGE_H[0],
+                nmi(voyages.rms_greatest(0, 0)),
+                nmi(voyages.worst(0, 0)),
+                nmi(voyages.rms_greatest(0, 1)),
+                nmi(voyages.worst(0, 1)),
+            )
+            .ok();
         }
         text.push('\n');
     }
