@@ -13,6 +13,7 @@
 )]
 
 mod bag_cache;
+mod chromium;
 mod cli;
 mod executables;
 mod isolation;
@@ -23,6 +24,7 @@ mod scene;
 mod tolerance;
 
 pub use bag_cache::{Simulation, copy_bag, mcap_of, scratch};
+pub use chromium::{chromium, look_at};
 pub use cli::{Answer, rotary_sins};
 pub use executables::{executable, repository, target_directory};
 pub use isolation::isolated;
