@@ -7,6 +7,8 @@ use crate::Verdict;
 
 /// Rows of a table that a printed page does not break.
 const UNBROKEN: usize = 16;
+/// Characters of a text that keeps its words whole.
+const LONG: usize = 22;
 
 /// One cell of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -146,12 +148,17 @@ fn cell_markup(cell: &Cell, class: Option<&str>) -> Markup {
     }
 }
 
-/// Names of topics and types may be broken behind their slashes and underscores.
+/// Long names of topics and types may be broken behind their slashes and underscores.
 fn breakable(text: &str) -> Markup {
+    let is_long = text.chars().count() > LONG;
     html! {
-        @for (i, part) in text.split_inclusive(['/', '_']).enumerate() {
-            @if i > 0 { wbr; }
-            (part)
+        @if is_long {
+            @for (i, part) in text.split_inclusive(['/', '_']).enumerate() {
+                @if i > 0 { wbr; }
+                (part)
+            }
+        } @else {
+            (text)
         }
     }
 }

@@ -30,6 +30,6 @@ pub use executables::{executable, repository, target_directory};
 pub use isolation::isolated;
 pub use peers::{Peer, data_file, peer_python, skip};
 pub use process::{Program, Running, wait_until};
-pub use recording::{alter_imu, estimates, messages, without_topic};
+pub use recording::{alter_imu, estimates, messages, within_namespace, without_topic};
 pub use scene::Scene;
 pub use tolerance::{assert_within_sigmas, vector};

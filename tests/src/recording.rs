@@ -31,6 +31,23 @@ pub fn without_topic(bag: &Path, to: &Path, topic: &str) {
     });
 }
 
+/// Copies a bag as the run of a ship of this namespace would have been recorded.
+pub fn within_namespace(bag: &Path, to: &Path, namespace: &str) {
+    let bag = Bag::open(bag).unwrap();
+    let mut writer = BagWriter::create(to, WriteOptions::default()).unwrap();
+    let mut reader = bag.messages(&Selection::default());
+    while let Some(message) = reader.next() {
+        let topic = &bag.topics()[message.topic];
+        let name = format!("{namespace}{}", topic.name);
+        let new = NewTopic::named(&name, &topic.type_name, topic.qos.clone());
+        let id = writer.add_topic(new).unwrap();
+        writer
+            .write_payload(id, message.log_time, message.publish_time, message.data)
+            .unwrap();
+    }
+    writer.finish().unwrap();
+}
+
 /// Copies a bag with its Imu messages changed; the change is told which one it has, from 0.
 pub fn alter_imu(bag: &Path, to: &Path, mut change: impl FnMut(usize, &mut Imu)) {
     let mut index = 0;

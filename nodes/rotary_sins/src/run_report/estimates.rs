@@ -116,6 +116,18 @@ pub struct Counts {
     pub duration_s: f64,
 }
 
+impl From<&Estimate> for Counts {
+    fn from(estimate: &Estimate) -> Self {
+        let counts = estimate.samples.counts;
+        Self {
+            samples: counts.samples,
+            gaps: counts.gaps,
+            lost: counts.lost,
+            duration_s: estimate.duration_s,
+        }
+    }
+}
+
 /// A phase and when it began.
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseChange {

@@ -1,18 +1,15 @@
 //! One pass over the bag: everything that the page needs, and no more memory for a longer run.
 
-use std::collections::BTreeMap;
-
 use anyhow::Context;
 use bags::{Bag, RawMessage, Sample, Selection, cdr};
 use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
-    diagnostic_msgs::{DiagnosticArray, DiagnosticStatus},
-    nav_msgs::Odometry,
-    sensor_msgs::NavSatFix,
+    diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
 };
 use sins::{odometry::offset_m, self_calibration::PositionFix, time::Stamp};
 
 use super::{
+    diagnostics::Diagnostics,
     estimates::{Counts, History, Point, phase_number},
     scheme::Scheme,
     streams::Stream,
@@ -26,8 +23,6 @@ use crate::{
     sensor_input::{Notes, SensorInput},
 };
 
-/// Different diagnostics that are kept.
-const DIAGNOSTICS: usize = 60;
 /// A true position this old says nothing of the present one \[ns\].
 const POSITION_AGE_NS: u64 = 2_000_000_000;
 
@@ -38,21 +33,6 @@ pub enum Source {
     Recorded,
     /// They were made from the samples.
     Own,
-}
-
-/// A diagnostic above OK.
-#[derive(Clone, Debug)]
-pub struct Diagnostic {
-    /// Its part of a node.
-    pub name: String,
-    /// 1 warning, 2 error, 3 stale.
-    pub level: u8,
-    /// The first of its messages.
-    pub message: String,
-    /// The time of that.
-    pub first: Stamp,
-    /// How often it came.
-    pub count: u64,
 }
 
 /// Position errors of one solution.
@@ -107,9 +87,7 @@ pub struct Run {
     /// Number of the estimates' topic.
     pub estimate: Option<usize>,
     /// Diagnostics above OK.
-    pub diagnostics: Vec<Diagnostic>,
-    /// Diagnostics above OK that are not in it.
-    pub more_diagnostics: u64,
+    pub diagnostics: Diagnostics,
     /// Position errors with and without the calibration, local.
     pub odometry: [Track; 2],
     /// The same, from positions on the globe.
@@ -159,7 +137,6 @@ pub fn gather(input: &SensorInput, bag: &Bag, calibrator: Calibrator) -> anyhow:
         calibrator: (!recorded && imu.is_some()).then_some(calibrator),
         own: History::default(),
         made: 0,
-        diagnostics: BTreeMap::new(),
         is_position_given: input.has_given_position(),
         run: Run {
             source: Source::Recorded,
@@ -175,8 +152,7 @@ pub fn gather(input: &SensorInput, bag: &Bag, calibrator: Calibrator) -> anyhow:
                 .collect(),
             imu,
             estimate,
-            diagnostics: Vec::new(),
-            more_diagnostics: 0,
+            diagnostics: Diagnostics::default(),
             odometry: Default::default(),
             fixes: Default::default(),
             notes: Notes::default(),
@@ -195,7 +171,6 @@ struct Gathering<'b> {
     /// Estimates made from the samples.
     own: History,
     made: u64,
-    diagnostics: BTreeMap<(String, u8, String), Diagnostic>,
     is_position_given: bool,
     run: Run,
 }
@@ -279,12 +254,7 @@ impl Gathering<'_> {
             Ok(Some(estimate)) => {
                 let attitude = estimate.navigation.attitude;
                 self.run.truth.take_estimate(estimate.stamp, attitude);
-                let counts = Counts {
-                    samples: estimate.samples.counts.samples,
-                    gaps: estimate.samples.counts.gaps,
-                    lost: estimate.samples.counts.lost,
-                    duration_s: estimate.duration_s,
-                };
+                let counts = Counts::from(&estimate);
                 self.own.failures = estimate.innovations.failures;
                 self.own
                     .take(Point::from(&estimate), estimate.innovations.last, counts);
@@ -332,10 +302,7 @@ impl Gathering<'_> {
             Role::Scheme => run.scheme.take(&cdr::decode::<SchemeStatus>(message.data)?),
             Role::Diagnostics => {
                 let array: DiagnosticArray = cdr::decode(message.data)?;
-                let stamp = array.header.stamp.into();
-                for status in &array.status {
-                    self.take_status(stamp, status);
-                }
+                run.diagnostics.take(&array);
             }
             Role::TrueCalibration => {
                 let truth: Calibration = cdr::decode(message.data)?;
@@ -377,36 +344,6 @@ impl Gathering<'_> {
         Ok(())
     }
 
-    fn take_status(&mut self, stamp: Stamp, status: &DiagnosticStatus) {
-        if status.level == DiagnosticStatus::OK {
-            return;
-        }
-        // What differs in its numbers alone is the same message.
-        let key = (
-            status.name.clone(),
-            status.level,
-            status
-                .message
-                .split(|c: char| c.is_ascii_digit())
-                .filter(|part| !part.is_empty())
-                .collect(),
-        );
-        if let Some(known) = self.diagnostics.get_mut(&key) {
-            known.count += 1;
-        } else if self.diagnostics.len() < DIAGNOSTICS {
-            let diagnostic = Diagnostic {
-                name: status.name.clone(),
-                level: status.level,
-                message: status.message.clone(),
-                first: stamp,
-                count: 1,
-            };
-            self.diagnostics.insert(key, diagnostic);
-        } else {
-            self.run.more_diagnostics += 1;
-        }
-    }
-
     /// Decides where the estimates come from, and closes everything.
     fn end(mut self, input: &SensorInput) -> anyhow::Result<Run> {
         if let (None, Some(calibrator)) = (self.run.history.phase, &mut self.calibrator) {
@@ -416,14 +353,11 @@ impl Gathering<'_> {
                 .with_context(|| input.what_is_missing(self.bag))?;
             self.own.take_phase(last.stamp, phase_number(last.phase));
             self.own.failures = last.innovations.failures;
-            if self.own.newest != Some(last.stamp) {
-                let counts = last.samples.counts;
-                let counts = Counts {
-                    samples: counts.samples,
-                    gaps: counts.gaps,
-                    lost: counts.lost,
-                    duration_s: last.duration_s,
-                };
+            if self.own.newest == Some(last.stamp) {
+                // Samples behind the last estimate count too.
+                self.own.counts = Counts::from(&last);
+            } else {
+                let counts = Counts::from(&last);
                 let attitude = last.navigation.attitude;
                 self.run.truth.take_estimate(last.stamp, attitude);
                 self.own
@@ -447,8 +381,6 @@ impl Gathering<'_> {
                 SelfCalibrationEstimate::TYPE_NAME
             );
         }
-        self.run.diagnostics = self.diagnostics.into_values().collect();
-        self.run.diagnostics.sort_by_key(|d| d.first);
         Ok(self.run)
     }
 }

@@ -1,5 +1,6 @@
 //! `rotary-sins report`: one page about one recorded run.
 
+mod diagnostics;
 mod estimates;
 mod faults;
 mod figures;

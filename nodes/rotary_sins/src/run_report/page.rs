@@ -297,10 +297,11 @@ fn fault_section(page: &mut Page, head: &Head<'_>, run: &Run) {
         }
         page.table(table);
     }
-    if run.diagnostics.is_empty() {
+    let diagnostics = run.diagnostics.list();
+    if diagnostics.is_empty() {
         return;
     }
-    let left_out = match run.more_diagnostics {
+    let left_out = match run.diagnostics.more {
         0 => String::new(),
         more => format!(" {more} messages of other kinds are left out."),
     };
@@ -308,7 +309,7 @@ fn fault_section(page: &mut Page, head: &Head<'_>, run: &Run) {
         "Diagnostics above OK, each once; those that differ in their numbers alone count as one.{left_out}"
     );
     let mut table = Table::new(caption, ["first at, s", "level", "of", "message", "times"]);
-    for diagnostic in &run.diagnostics {
+    for diagnostic in diagnostics {
         let (verdict, level) = match diagnostic.level {
             1 => (Verdict::Warn, "warning"),
             2 => (Verdict::Bad, "error"),

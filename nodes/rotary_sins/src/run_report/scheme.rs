@@ -45,10 +45,6 @@ pub struct Scheme {
     pub more_steps: u64,
     /// Faults, pauses, ends; up to a bound.
     pub events: Vec<Event>,
-    /// Whether the last state was a fault.
-    pub is_faulty: bool,
-    /// Whether every cycle was done.
-    pub is_finished: bool,
     state: Option<u8>,
 }
 
@@ -63,8 +59,6 @@ impl Scheme {
         if before != Some(status.state) {
             self.follow(stamp, status);
         }
-        self.is_faulty = status.state == SchemeStatus::FAULT;
-        self.is_finished = status.state == SchemeStatus::FINISHED;
         match status.state {
             SchemeStatus::DWELLING | SchemeStatus::ROTATING => self.place(stamp, status),
             SchemeStatus::FINISHED | SchemeStatus::ABORTED => self.close(stamp),
@@ -128,5 +122,71 @@ impl Scheme {
         if let Some(last) = self.steps.last_mut() {
             last.end.get_or_insert(stamp);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rotary_sins_msgs::std_msgs::Header;
+    use sins::time::NANOS_PER_SECOND;
+
+    fn at(seconds: i64) -> Stamp {
+        Stamp::from_nanos(seconds * NANOS_PER_SECOND)
+    }
+
+    fn status(seconds: i64, state: u8, step: u32) -> SchemeStatus {
+        SchemeStatus {
+            header: Header::new(at(seconds), ""),
+            scheme: "short".to_owned(),
+            state,
+            step,
+            position: "AB"[step as usize..=step as usize].to_owned(),
+            rotation_axis: "x".to_owned(),
+            rotation_angle_rad: std::f64::consts::PI,
+            message: "it stands".to_owned(),
+            ..SchemeStatus::default()
+        }
+    }
+
+    /// A dwell, a rotation and its dwell are two steps; the end of the scheme ends the last one.
+    #[test]
+    fn steps_begin_with_their_rotation() {
+        let mut scheme = Scheme::default();
+        for (seconds, state, step) in [
+            (0, SchemeStatus::WAITING_FOR_TABLE, 0),
+            (1, SchemeStatus::DWELLING, 0),
+            (50, SchemeStatus::DWELLING, 0),
+            (100, SchemeStatus::ROTATING, 1),
+            (138, SchemeStatus::DWELLING, 1),
+            (200, SchemeStatus::FINISHED, 1),
+            (300, SchemeStatus::FINISHED, 1),
+        ] {
+            scheme.take(&status(seconds, state, step));
+        }
+        let [first, second] = &scheme.steps[..] else {
+            panic!("{:?}", scheme.steps)
+        };
+        assert_eq!((first.start, first.end), (at(1), Some(at(100))));
+        assert_eq!(
+            (second.start, second.dwell, second.end),
+            (at(100), Some(at(138)), Some(at(200)))
+        );
+        assert_eq!(
+            (second.position.as_str(), second.turn.as_str()),
+            ("B", "x +180 deg")
+        );
+        assert!(scheme.events.is_empty());
+    }
+
+    /// A fault is told once, with the sequencer's own words.
+    #[test]
+    fn a_fault_is_told_once() {
+        let mut scheme = Scheme::default();
+        scheme.take(&status(1, SchemeStatus::ROTATING, 1));
+        scheme.take(&status(2, SchemeStatus::FAULT, 1));
+        scheme.take(&status(3, SchemeStatus::FAULT, 1));
+        assert_eq!(scheme.events.len(), 1);
+        assert_eq!(scheme.events[0].text, "fault of the scheme: it stands");
     }
 }

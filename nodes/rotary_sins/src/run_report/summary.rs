@@ -252,7 +252,8 @@ pub fn summary(
         more_faults,
         diagnostics: run
             .diagnostics
-            .iter()
+            .list()
+            .into_iter()
             .map(|diagnostic| DiagnosticJson {
                 name: diagnostic.name.clone(),
                 level: diagnostic.level,

@@ -127,17 +127,20 @@ pub fn findings(run: &Run, end: &End) -> Vec<Finding> {
     let mut findings = vec![converged(run), consistent(run)];
     findings.extend(near_truth(end));
     findings.extend([without_gaps(run), whole(run)]);
-    if !run.diagnostics.is_empty() {
+    let diagnostics = run.diagnostics.list().len() as u64;
+    if diagnostics > 0 {
         findings.push(Finding {
             name: "diagnostics",
             verdict: Verdict::Warn,
-            text: format!(
-                "{} above OK",
-                plural(run.diagnostics.len() as u64, "diagnostic")
-            ),
+            text: format!("{} above OK", plural(diagnostics, "diagnostic")),
         });
     }
-    findings.sort_by_key(|finding| finding.verdict != Verdict::Bad);
+    // What the innovations say makes everything else doubtful.
+    findings.sort_by_key(|finding| match (finding.verdict, finding.name) {
+        (Verdict::Bad, "inconsistent") => 0,
+        (Verdict::Bad, _) => 1,
+        _ => 2,
+    });
     findings
 }
 
@@ -155,8 +158,11 @@ fn finding(name: &'static str, fault: Option<String>, good: impl Into<String>) -
 
 fn converged(run: &Run) -> Finding {
     let phase = run.history.phase.unwrap_or_default();
-    let fault = (phase != SelfCalibrationEstimate::CONVERGED)
-        .then(|| format!("not converged: {}", phase_name(phase)));
+    let fault = match phase {
+        SelfCalibrationEstimate::CONVERGED => None,
+        SelfCalibrationEstimate::INCONSISTENT => Some("not converged".to_owned()),
+        other => Some(format!("not converged: {}", phase_name(other))),
+    };
     finding("not_converged", fault, "converged")
 }
 
@@ -178,8 +184,9 @@ fn near_truth(end: &End) -> Option<Finding> {
         .filter_map(|state| Some((state, state.sigmas()?)))
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let (state, sigmas) = worst;
+    let digits = usize::from(sigmas.abs() < 100.0);
     let text = format!(
-        "{} {:.1} sigma from the truth",
+        "{} {:.digits$} sigma from the truth",
         STATE_LABELS[state.index].words,
         sigmas.abs()
     );
