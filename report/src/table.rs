@@ -8,7 +8,7 @@ use crate::Verdict;
 /// Rows of a table that a printed page does not break.
 const UNBROKEN: usize = 16;
 /// Characters of a text that keeps its words whole.
-const LONG: usize = 22;
+const LONG: usize = 16;
 
 /// One cell of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
