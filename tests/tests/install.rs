@@ -68,7 +68,9 @@ fn install(prefix: &Path) {
 
 #[test]
 fn ros_2_finds_the_packages() {
-    let Some(python) = peer_python("kilted") else { return };
+    let Some(python) = peer_python("kilted") else {
+        return;
+    };
     let prefix = scratch("install");
     install(&prefix);
     // Twice: what is there already is replaced.
