@@ -41,6 +41,7 @@ pub mod coarse_alignment;
 pub mod earth;
 pub mod error;
 pub mod estimation;
+pub mod frames;
 pub mod imu;
 pub mod joint_history;
 pub mod monte_carlo;

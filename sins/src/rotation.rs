@@ -41,6 +41,19 @@ impl HeadingPitchRoll {
         }
     }
 
+    /// One-sigma of the three angles \[rad\] for a ship near level at this heading, by the covariance of the misalignment (E, N, U)
+    /// \[rad²\]: heading takes φ_U, pitch and roll take φ about the ship's own x and y.
+    pub fn sigma(heading: f64, misalignment: &Matrix3<f64>) -> Self {
+        let (sin, cos) = heading.sin_cos();
+        let along =
+            |axis: Vector3<f64>| (axis.transpose() * misalignment * axis)[0].max(0.0).sqrt();
+        Self {
+            heading: along(Vector3::z()),
+            pitch: along(Vector3::new(cos, -sin, 0.0)),
+            roll: along(Vector3::new(sin, cos, 0.0)),
+        }
+    }
+
     /// The attitude (b to n, ENU) that has these angles.
     pub fn attitude(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -self.heading)

@@ -128,19 +128,13 @@ impl Estimate {
         self.sigma().fixed_rows::<3>(MISALIGNMENT).into_owned()
     }
 
-    /// One-sigma of heading, pitch and roll of the ship \[rad\], for a ship near level: heading takes φ_U, pitch and roll
-    /// take φ about the ship's own x and y.
+    /// One-sigma of heading, pitch and roll of the ship \[rad\]; see [`HeadingPitchRoll::sigma`].
     pub fn vehicle_sigma(&self) -> HeadingPitchRoll {
-        let p = self
+        let misalignment = self
             .covariance
-            .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT);
-        let (sin, cos) = self.vehicle.heading.sin_cos();
-        let along = |axis: Vector3<f64>| (axis.transpose() * p * axis)[0].max(0.0).sqrt();
-        HeadingPitchRoll {
-            heading: along(Vector3::z()),
-            pitch: along(Vector3::new(cos, -sin, 0.0)),
-            roll: along(Vector3::new(sin, cos, 0.0)),
-        }
+            .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+            .into_owned();
+        HeadingPitchRoll::sigma(self.vehicle.heading, &misalignment)
     }
 
     /// Says so where the ship seems to turn with the table, for heading, pitch and roll are then meaningless. The sensor
