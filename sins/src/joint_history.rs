@@ -1,5 +1,6 @@
 //! The last readings of the joints, and the angles at any time near them.
 
+use crate::error::Error;
 use crate::time::Stamp;
 use crate::turntable::JointSample;
 
@@ -12,11 +13,21 @@ pub struct JointHistory {
 
 impl JointHistory {
     /// Takes a reading; one that is not later than the last replaces it.
-    pub fn push(&mut self, sample: JointSample) {
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn push(&mut self, sample: JointSample) -> Result<(), Error> {
+        if !sample.position.iter().all(|v| v.is_finite()) {
+            return Err(Error::NotFinite {
+                what: "joint position",
+                stamp: sample.stamp,
+            });
+        }
         if self.last.is_some_and(|last| sample.stamp > last.stamp) {
             self.before = self.last;
         }
         self.last = Some(sample);
+        Ok(())
     }
 
     /// The last reading.
@@ -57,6 +68,7 @@ impl JointHistory {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn reading(millis: i64, outer: f64) -> JointSample {
@@ -72,8 +84,9 @@ mod tests {
     fn interpolates_and_holds() {
         let mut history = JointHistory::default();
         assert_eq!(history.angles_at(Stamp::from_nanos(0)), [0.0; 2]);
-        history.push(reading(0, 1.0));
-        history.push(reading(100, 2.0));
+        history.push(reading(0, 1.0)).unwrap();
+        history.push(reading(100, 2.0)).unwrap();
+        assert!(history.push(reading(110, f64::NAN)).is_err());
         assert_eq!(
             history.angles_at(Stamp::from_nanos(25_000_000)),
             [1.25, -1.25]

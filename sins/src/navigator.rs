@@ -215,14 +215,7 @@ impl Navigator {
     /// # Errors
     /// [`Error::NotFinite`].
     pub fn ingest_joints(&mut self, joints: JointSample) -> Result<(), Error> {
-        if !joints.position.iter().all(|v| v.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "joint position",
-                stamp: joints.stamp,
-            });
-        }
-        self.joints.push(joints);
-        Ok(())
+        self.joints.push(joints)
     }
 
     /// Takes a calibration. The first one starts the navigation, from its own attitude where the samples since then are at

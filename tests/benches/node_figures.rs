@@ -9,10 +9,12 @@ use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use ros_node::{Node, NodeBuilder, Qos};
-use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::builtin_interfaces::Time;
+use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState};
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::{Calibration, RosMessage};
+use tokio::task::JoinHandle;
 
 const RATE_HZ: f64 = 200.0;
 const WARM_UP: Duration = Duration::from_secs(8);
@@ -23,7 +25,8 @@ fn main() -> ExitCode {
         NodeBuilder::new("node_figures").accept_arguments("--bench"),
         |node| async move {
             resources(&node).await;
-            latency(&node).await;
+            latency(&node, false).await;
+            latency(&node, true).await;
             Ok::<(), ros_node::Error>(())
         },
     )
@@ -124,8 +127,19 @@ async fn resources(_node: &Node) {
     measure(&nodes).await;
 }
 
-/// Samples from this process through the compensator and back as odometry, each sample.
-async fn latency(node: &Node) {
+/// Takes everything that comes, and leaves it at that.
+fn hear<M: RosMessage + ros_node::Message + Send>(node: &Node, topic: &str) -> JoinHandle<()> {
+    let mut subscription = node.subscription::<M>(topic, Qos::reliable(1000)).unwrap();
+    tokio::spawn(async move {
+        loop {
+            subscription.recv().await;
+        }
+    })
+}
+
+/// Samples from this process through the compensator and back as odometry, each sample; with all its other topics
+/// subscribed too, or with none of them.
+async fn latency(node: &Node, all_heard: bool) {
     let imu = node
         .publisher::<Imu>("imu/data_raw", Qos::sensor())
         .unwrap();
@@ -150,9 +164,20 @@ async fn latency(node: &Node) {
     );
     tokio::time::sleep(Duration::from_secs(1)).await;
 
+    let mut listeners = Vec::new();
+    if all_heard {
+        for prefix in ["", "uncompensated/"] {
+            let name = |topic: &str| format!("{prefix}{topic}");
+            listeners.push(hear::<Imu>(node, &name("imu/data")));
+            listeners.push(hear::<NavSatFix>(node, &name("fix_ins")));
+            listeners.push(hear::<TwistWithCovarianceStamped>(node, &name("velocity")));
+        }
+        listeners.push(hear::<Odometry>(node, "uncompensated/odometry"));
+    }
     let (sender, mut sent) = tokio::sync::mpsc::unbounded_channel();
-    node.spawn(async move {
+    listeners.push(tokio::spawn(async move {
         let mut tick = tokio::time::interval(Duration::from_secs_f64(1.0 / RATE_HZ));
+        let mut earlier = Time::default();
         for count in 0_i64.. {
             tick.tick().await;
             let nanos = 1_760_000_000_000_000_000 + count * 5_000_000;
@@ -177,9 +202,13 @@ async fn latency(node: &Node) {
                 [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
             let _ = sender.send((nanos, Instant::now()));
             imu.publish(sample);
+            if count == 10 {
+                earlier = stamp;
+            }
             if count == 400 {
+                // Of a sample that has certainly arrived: navigation starts from it at once.
                 let mut message = Calibration::default();
-                message.header.stamp = stamp;
+                message.header.stamp = earlier;
                 message.valid = true;
                 message.converged = true;
                 message.attitude.w = 1.0;
@@ -188,7 +217,7 @@ async fn latency(node: &Node) {
                 calibration.publish(message);
             }
         }
-    });
+    }));
     let receiving = async {
         let mut departures = HashMap::new();
         let mut delays = Vec::new();
@@ -208,7 +237,14 @@ async fn latency(node: &Node) {
             }
         }
     };
-    println!("\nthe compensator navigating at {RATE_HZ} Hz, every sample out again as odometry");
+    let heard = if all_heard {
+        "all eight topics"
+    } else {
+        "odometry alone"
+    };
+    println!(
+        "\nthe compensator navigating at {RATE_HZ} Hz, {heard} subscribed, every sample out again"
+    );
     let (delays, ()) = tokio::join!(
         tokio::time::timeout(Duration::from_secs(60), receiving),
         measure(&compensator)
@@ -222,4 +258,5 @@ async fn latency(node: &Node) {
         at(0.99),
         delays.len()
     );
+    listeners.iter().for_each(JoinHandle::abort);
 }

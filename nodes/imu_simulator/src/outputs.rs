@@ -148,24 +148,25 @@ impl Outputs {
             self.publish_joints(joints).await;
         }
         if let (Some(publisher), Some(velocity)) = (&self.velocity, &tick.velocity) {
-            publisher.publish(velocity.into());
+            publisher.publish_if_heard(|| velocity.into());
         }
         if let Some(position) = &tick.position {
             self.fix.publish(position.into());
-            let plant = simulator.plant();
-            let stamp = tick.truth.stamp;
-            self.odometry.publish(Odometry::of_block(
-                stamp,
-                plant.attitude(),
-                plant.ship().velocity,
-                plant.block_rate(),
-            ));
+            self.odometry.publish_if_heard(|| {
+                let plant = simulator.plant();
+                Odometry::of_block(
+                    tick.truth.stamp,
+                    plant.attitude(),
+                    plant.ship().velocity,
+                    plant.block_rate(),
+                )
+            });
         }
     }
 
     /// Tells the simulated time.
     pub fn publish_clock(&self, now: Stamp) {
-        self.clock.publish(Clock { clock: now.into() });
+        self.clock.publish_if_heard(|| Clock { clock: now.into() });
     }
 
     async fn publish_joints(&mut self, joints: &JointSample) {

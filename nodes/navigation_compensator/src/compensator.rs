@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use imu_input::samples_report;
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
@@ -98,6 +99,9 @@ pub struct Compensator {
     navigation_due: Decimation,
     imu_due: Decimation,
     calibrations: u64,
+    /// A calibration of a time whose samples are still to come.
+    early: Option<Calibration>,
+    navigated: Option<Stamp>,
 }
 
 impl Compensator {
@@ -126,6 +130,8 @@ impl Compensator {
             navigation_due: Decimation::new(settings.output_rate_hz),
             imu_due: Decimation::new(settings.imu_output_rate_hz),
             calibrations: 0,
+            early: None,
+            navigated: None,
             settings,
         })
     }
@@ -151,9 +157,22 @@ impl Compensator {
         }
     }
 
-    /// A calibration.
+    /// A calibration. One that has overtaken its samples, which wait for their joint states, waits for them: navigation
+    /// starts from it only where it has the samples around it.
     pub fn calibration(&mut self, message: &Calibration) {
         self.inputs.calibration.arrived(1);
+        let ahead_s = self.navigated.map_or(0.0, |navigated| {
+            Stamp::from(message.header.stamp).seconds_since(navigated)
+        });
+        if ahead_s > 0.0 && ahead_s <= self.settings.navigator.history_s {
+            self.early = Some(message.clone());
+        } else {
+            self.early = None;
+            self.take_calibration(message);
+        }
+    }
+
+    fn take_calibration(&mut self, message: &Calibration) {
         let calibration = match translation::calibration(message) {
             Ok(calibration) => calibration,
             Err(reason) => {
@@ -213,10 +232,9 @@ impl Compensator {
         while let Some(next) = self.order.next() {
             match next {
                 InOrder::Joints(joints) => {
-                    if let Err(error) = self.navigator.ingest_joints(joints) {
+                    let taken = self.joints.push(joints);
+                    if let Err(error) = taken.and_then(|()| self.navigator.ingest_joints(joints)) {
                         self.inputs.joints.refuse("not finite", error);
-                    } else {
-                        self.joints.push(joints);
                     }
                 }
                 InOrder::Sample(sample) => {
@@ -242,6 +260,11 @@ impl Compensator {
                 None
             }
         };
+        self.navigated = Some(sample.stamp);
+        let is_due = |early: &mut Calibration| Stamp::from(early.header.stamp) <= sample.stamp;
+        if let Some(calibration) = self.early.take_if(is_due) {
+            self.take_calibration(&calibration);
+        }
         self.follow_phase();
         let output = output?;
         self.problem = None;
@@ -308,32 +331,13 @@ impl Compensator {
     /// How the samples come.
     pub fn imu_report(&self) -> Report {
         let stream = self.navigator.stream();
-        let counts = stream.counts();
-        let mut report = self
-            .inputs
-            .imu
-            .report()
-            .with(
-                "rate [Hz]",
-                format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)),
-            )
-            .with("samples", counts.samples)
-            .with("gaps", counts.gaps)
-            .with("lost", counts.lost)
-            .with("repeated", counts.repeated)
-            .with("backward", counts.backward)
-            .with("not finite", stream.not_finite())
-            .with("restarts", stream.jumps());
-        if counts.gaps > 0 {
-            let text = format!(
-                "{}: {} gaps, {} samples lost",
-                topic::IMU,
-                counts.gaps,
-                counts.lost
-            );
-            report = report.worsened(Level::Warn, &text);
-        }
-        report
+        samples_report(
+            &self.inputs.imu,
+            &self.imu_stamps,
+            stream.counts(),
+            stream.not_finite(),
+            stream.jumps(),
+        )
     }
 
     /// How the joint states come.

@@ -92,6 +92,16 @@ fn compensation_holds_the_position() {
     assert!((odometry.pose.pose.orientation.z - 0.5f64.sqrt()).abs() < 1e-6);
 }
 
+/// A calibration that overtakes its samples starts the navigation all the same, as soon as they are there.
+#[test]
+fn calibration_may_overtake_its_samples() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(12));
+    assert_eq!(compensator.phase, NavigatorPhase::WaitingForCalibration);
+    assert_eq!(feed(&mut compensator, 10..20).len(), 7);
+}
+
 /// The output rate counts stamps.
 #[test]
 fn output_rate_goes_by_stamps() {

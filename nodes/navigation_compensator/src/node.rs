@@ -13,6 +13,8 @@ use crate::parameters;
 
 /// Samples taken in one go, so that other inputs get their turn.
 const BATCH: usize = 512;
+/// Samples that may wait while the node is busy: 10 s at a hundred times real time.
+const WAITING: usize = 100_000;
 /// Outputs that a slow subscriber may be behind.
 const OUTPUT_DEPTH: usize = 1000;
 
@@ -45,14 +47,15 @@ impl SolutionPublishers {
         })
     }
 
+    // Eight topics at the rate of the IMU: publishing what nobody hears would be most of the node's work.
     fn publish(&self, messages: SolutionMessages) {
         if let Some(imu) = messages.imu {
-            self.imu.publish(imu);
+            self.imu.publish_if_heard(|| imu);
         }
         if let Some((odometry, fix, velocity)) = messages.navigation {
-            self.odometry.publish(odometry);
-            self.fix.publish(fix);
-            self.velocity.publish(velocity);
+            self.odometry.publish_if_heard(|| odometry);
+            self.fix.publish_if_heard(|| fix);
+            self.velocity.publish_if_heard(|| velocity);
         }
     }
 }
@@ -71,14 +74,15 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         uncompensated.publish(output.uncompensated);
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
-    let depth = usize::try_from(node.parameter::<i64>("queue_depth")?)?;
+    let depth = imu_input::queue_depth(node.parameters())?;
     let joints: Subscription<JointState> =
         node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut calibrations: Subscription<Calibration> =
         node.subscription(topic::CALIBRATION, Qos::latched(1))?;
     let samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     watch(&node, &shared);
-    let (mut joints, mut samples) = (node.drain(joints, BATCH), node.drain(samples, BATCH));
+    let (mut joints, mut samples) = (node.drain(joints, WAITING), node.drain(samples, WAITING));
+    let (mut joint_batch, mut sample_batch) = (Vec::new(), Vec::new());
     node.set_ready();
     loop {
         // What the samples need comes first; the samples themselves wait in their queue meanwhile.
@@ -87,16 +91,16 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             () = node.shutdown() => return Ok(()),
             fix = fixes.recv() => shared.lock().fix(&fix),
             calibration = calibrations.recv() => shared.lock().calibration(&calibration),
-            Some(batch) = joints.recv() => {
+            1.. = joints.recv_many(&mut joint_batch, BATCH) => {
                 let mut compensator = shared.lock();
-                for message in &batch {
-                    compensator.joints(message, &mut publish);
+                for message in joint_batch.drain(..) {
+                    compensator.joints(&message, &mut publish);
                 }
             }
-            Some(batch) = samples.recv() => {
+            1.. = samples.recv_many(&mut sample_batch, BATCH) => {
                 let mut compensator = shared.lock();
-                for message in &batch {
-                    compensator.imu(message, &mut publish);
+                for message in sample_batch.drain(..) {
+                    compensator.imu(&message, &mut publish);
                 }
             }
         }

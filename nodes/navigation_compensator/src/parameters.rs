@@ -1,13 +1,11 @@
 //! Parameters of the node, in the units of the people who set them, and the settings they amount to.
 
-use anyhow::{Context, ensure};
+use imu_input::{Number, noise, numbers, turntable};
 use nalgebra::Vector3;
-use ros_node::{Parameter, Parameters, SENSOR_DEPTH};
-use sins::imu::NoiseDensity;
+use ros_node::{Parameter, Parameters};
 use sins::navigator::NavigatorSettings;
 use sins::self_calibration::{Reference, Settings};
-use sins::turntable::Turntable;
-use sins::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
+use sins::units::{DEG_PER_HOUR, MICRO_G};
 
 /// What the node itself needs to know.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,29 +26,15 @@ pub struct NodeSettings {
     pub silence_s: f64,
 }
 
-/// Default of `queue_depth`.
-#[allow(clippy::cast_possible_wrap, reason = "a small constant")]
-const QUEUE_DEPTH: i64 = SENSOR_DEPTH as i64;
-
-/// Numbers: name, default, unit, least, greatest, what it is.
+/// Numbers that only this node has.
 #[rustfmt::skip]
-const NUMBERS: [(&str, f64, &str, f64, f64, &str); 13] = [
+const NUMBERS: [Number; 7] = [
     ("alignment_s", 900.0, "s", 10.0, 36_000.0,
         "length of the node's own alignment, where it needs one"),
-    ("coarse_alignment_s", 300.0, "s", 10.0, 7200.0,
-        "length of coarse alignment within it"),
     ("history_s", 60.0, "s", 0.0, 3600.0,
         "how long samples are kept for a calibration that arrives after them"),
-    ("restart_gap_s", 5.0, "s", 0.01, 3600.0,
-        "a longer hole in the samples, or a step back in time, aligns anew"),
     ("joint_patience_s", 0.1, "s", 0.0, 60.0,
         "how long, by the samples' stamps, a sample waits for the joint state after it"),
-    ("moored_sigma_m_s", 0.01, "m/s", 1e-6, 10.0,
-        "1 sigma of the moored ship's velocity during alignment, each axis"),
-    ("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
-        "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
-    ("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
-        "white noise of the accelerometers; 0: from the covariances of the Imu messages"),
     ("uncompensated_accelerometer_bias_ug", 100.0, "ug", 1e-6, 1e6,
         "1 sigma of the biases where they are not taken out"),
     ("uncompensated_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e-9, 1e4,
@@ -59,35 +43,19 @@ const NUMBERS: [(&str, f64, &str, f64, f64, &str); 13] = [
         "odometry, fix_ins and velocity a second of sample time; 0: with every sample"),
     ("imu_output_rate_hz", 0.0, "Hz", 0.0, 10_000.0,
         "imu/data a second of sample time; 0: with every sample"),
-    ("silence_s", 3.0, "s", 0.1, 3600.0,
-        "an input topic that is silent for longer is a fault"),
 ];
 
 /// Every parameter with unit, range and default. The defaults are those of [`NavigatorSettings`].
 pub fn declarations() -> Vec<Parameter> {
-    let axes = ["x", "y", "z"];
-    let mut all = vec![
-        Parameter::new("outer_axis", "x")
-            .one_of(&axes)
-            .describe("axis of the block, at zero joint angles, that outer_joint turns about"),
-        Parameter::new("inner_axis", "y")
-            .one_of(&axes)
-            .describe("axis of the block, at zero joint angles, that inner_joint turns about"),
-        Parameter::new("queue_depth", QUEUE_DEPTH)
-            .range(10.0, 1e6)
-            .describe("samples, and joint states, that the middleware keeps until the node takes them; more for accelerated time"),
+    let mut all = imu_input::declarations();
+    all.extend(numbers(&NUMBERS));
+    all.extend([
         Parameter::new("start_from_calibration", true)
             .describe("start from the attitude of the calibration where its samples are still at hand; false: always align anew"),
         Parameter::new("odometry_frame_id", "odom")
             .describe("frame of the pose: East-North-Up, origin at the first position"),
         Parameter::new("base_frame_id", "base_link").describe("frame of the ship: forward-left-up"),
-    ];
-    all.extend(NUMBERS.map(|(name, default, unit, from, to, text)| {
-        Parameter::new(name, default)
-            .unit(unit)
-            .range(from, to)
-            .describe(text)
-    }));
+    ]);
     all
 }
 
@@ -97,23 +65,9 @@ pub fn declarations() -> Vec<Parameter> {
 /// One line naming the parameter that makes no sense together with the others.
 pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
     let double = |name: &str| parameters.get::<f64>(name);
-    let axis = |name: &str| -> anyhow::Result<_> { Ok(parameters.get::<String>(name)?.parse()?) };
-    let (gyroscope, accelerometer) = (
-        double("angle_random_walk_deg_per_sqrt_hour")?,
-        double("velocity_random_walk_ug_per_sqrt_hz")?,
-    );
-    ensure!(
-        (gyroscope > 0.0) == (accelerometer > 0.0),
-        "parameters angle_random_walk_deg_per_sqrt_hour ({gyroscope}) and velocity_random_walk_ug_per_sqrt_hz \
-         ({accelerometer}): expected both positive, or both 0 to take the noise from the messages"
-    );
     let mut alignment = Settings {
-        turntable: Turntable::new(axis("outer_axis")?, axis("inner_axis")?)
-            .context("parameters outer_axis and inner_axis")?,
-        noise: (gyroscope > 0.0).then(|| NoiseDensity {
-            gyroscope: Vector3::repeat(gyroscope * DEG_PER_SQRT_HOUR),
-            accelerometer: Vector3::repeat(accelerometer * MICRO_G),
-        }),
+        turntable: turntable(parameters)?,
+        noise: noise(parameters)?,
         reference: Reference::Moored {
             sigma_m_s: double("moored_sigma_m_s")?,
         },

@@ -16,6 +16,7 @@ pub struct NodeBuilder {
     about: String,
     parameters: Vec<Parameter>,
     arguments_usage: Option<String>,
+    workers: usize,
 }
 
 /// Everything that can be wrong before DDS comes in, checked.
@@ -36,6 +37,7 @@ impl NodeBuilder {
             about: String::new(),
             parameters: Vec::new(),
             arguments_usage: None,
+            workers: 0,
         }
     }
 
@@ -65,6 +67,18 @@ impl NodeBuilder {
     pub fn accept_arguments(mut self, usage: &str) -> Self {
         self.arguments_usage = Some(usage.to_owned());
         self
+    }
+
+    /// Runs the tasks of the node on so many threads beside its main task, instead of all on one: more throughput for
+    /// many tasks, at the price of more wake-ups a message.
+    #[must_use]
+    pub fn worker_threads(mut self, workers: usize) -> Self {
+        self.workers = workers;
+        self
+    }
+
+    pub(crate) fn workers(&self) -> usize {
+        self.workers
     }
 
     /// Its declared name.

@@ -59,6 +59,11 @@ impl InputWatch {
         }
     }
 
+    /// Its topic.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
     /// Messages that arrived.
     pub fn received(&self) -> u64 {
         self.received

@@ -97,6 +97,7 @@ pub use publisher::{Publisher, PublisherStatistics};
 pub use qos::{Qos, SENSOR_DEPTH};
 pub use raw::{DiscoveredPublisher, Payload};
 pub use ros_args::{LogLevelRule, RosArgs};
+pub use ros2_client::Message;
 pub use run::{run, run_with};
 pub use service::{Client, RequestId, Service};
 pub use shutdown::Shutdown;

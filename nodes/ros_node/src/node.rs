@@ -8,7 +8,7 @@ use std::time::Duration;
 use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
 use rotary_sins_msgs::RosMessage;
 use rustdds::{DomainParticipant, Topic};
-use tokio::sync::mpsc;
+use tokio::sync::mpsc::{self, error::TrySendError};
 use tokio::task::JoinHandle;
 
 use crate::builder::Startup;
@@ -22,6 +22,9 @@ use crate::publisher::{Publisher, PublisherStatistics};
 use crate::qos::Qos;
 use crate::shutdown::Shutdown;
 use crate::subscription::{Subscription, SubscriptionStatistics};
+
+/// Messages that a drain takes before others get their turn.
+const DRAIN_BATCH: usize = 512;
 
 /// A node. Clones are handles of the same node.
 #[derive(Clone, Debug)]
@@ -236,7 +239,28 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>> {
-        let (topic, dds_topic) = self.topic::<M>(topic, qos)?;
+        self.publisher_of(topic, M::TYPE_NAME, qos)
+    }
+
+    /// A subscription of messages of type `M`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn subscription<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Subscription<M>> {
+        self.subscription_of(topic, M::TYPE_NAME, qos)
+    }
+
+    pub(crate) fn publisher_of<M: Message>(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+    ) -> Result<Publisher<M>> {
+        let (topic, dds_topic) = self.topic(topic, type_name, qos)?;
         let writer = self
             .ros()
             .create_publisher(&dds_topic, Some(qos.profile()))
@@ -251,16 +275,13 @@ impl Node {
         Ok(publisher)
     }
 
-    /// A subscription of messages of type `M`.
-    ///
-    /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
-    pub fn subscription<M: RosMessage + Message>(
+    pub(crate) fn subscription_of<M: Message + 'static>(
         &self,
         topic: &str,
+        type_name: &str,
         qos: Qos,
     ) -> Result<Subscription<M>> {
-        let (topic, dds_topic) = self.topic::<M>(topic, qos)?;
+        let (topic, dds_topic) = self.topic(topic, type_name, qos)?;
         let reader = self
             .ros()
             .create_subscription(&dds_topic, Some(qos.profile()))
@@ -283,14 +304,14 @@ impl Node {
         Ok(subscription)
     }
 
-    fn topic<M: RosMessage>(&self, topic: &str, qos: Qos) -> Result<(String, Topic)> {
+    fn topic(&self, topic: &str, type_name: &str, qos: Qos) -> Result<(String, Topic)> {
         let topic = self.resolve_topic(topic)?;
         let failed = |reason: String| Error::Create {
             what: format!("topic {topic}"),
             reason,
         };
         let name = Name::parse(&topic).map_err(|error| failed(error.to_string()))?;
-        let (package, kind) = type_parts(M::TYPE_NAME, "msg").map_err(failed)?;
+        let (package, kind) = type_parts(type_name, "msg").map_err(failed)?;
         let dds_topic = self
             .ros()
             .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
@@ -309,17 +330,31 @@ impl Node {
         tasks.push(tokio::spawn(task));
     }
 
-    /// Takes messages out of the middleware as they come, up to `limit` at once, in a task of its own: work on them, however
-    /// long it takes, never lets the reader's cache overflow. What waits for work is kept without bound.
+    /// Takes messages out of the middleware as they come, in a task of its own: work on them that falls behind for a
+    /// while never lets the reader's cache overflow. At most `capacity` wait for work; what finds no room is dropped,
+    /// logged and counted in the diagnostics.
     pub fn drain<M: Message + Send + 'static>(
         &self,
         mut subscription: Subscription<M>,
-        limit: usize,
-    ) -> mpsc::UnboundedReceiver<Vec<M>> {
-        let (sender, receiver) = mpsc::unbounded_channel();
+        capacity: usize,
+    ) -> mpsc::Receiver<M> {
+        let (sender, receiver) = mpsc::channel(capacity);
         self.spawn(async move {
-            // Nobody takes any more: the node is ending.
-            while sender.send(subscription.recv_batch(limit).await).is_ok() {}
+            loop {
+                let batch = subscription.recv_batch(DRAIN_BATCH).await;
+                let is_full_batch = batch.len() == DRAIN_BATCH;
+                for message in batch {
+                    match sender.try_send(message) {
+                        Ok(()) => {}
+                        Err(TrySendError::Full(_)) => subscription.overrun(),
+                        // Nobody takes any more: the node is ending.
+                        Err(TrySendError::Closed(_)) => return,
+                    }
+                }
+                if is_full_batch {
+                    tokio::task::yield_now().await;
+                }
+            }
         });
         receiver
     }
@@ -385,10 +420,6 @@ impl Node {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn ros_handle(&self) -> Arc<Mutex<ros2_client::Node>> {
-        Arc::clone(&self.shared.ros)
-    }
-
     fn endpoints(&self) -> MutexGuard<'_, Endpoints> {
         self.shared
             .endpoints
@@ -428,6 +459,15 @@ impl Shared {
                 subscription.lost(),
                 subscription.undecodable(),
             );
+            let overrun = subscription.overrun();
+            if overrun > 0 {
+                report = report
+                    .worsened(
+                        Level::Error,
+                        &format!("{topic}: {overrun} messages dropped, the node does not catch up"),
+                    )
+                    .with(&format!("{topic} dropped"), overrun);
+            }
             // Of the clock only the newest sample counts, and best effort with depth 1 is its rule.
             if lost > 0 && topic != "/clock" {
                 report = report

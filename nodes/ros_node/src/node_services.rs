@@ -1,5 +1,7 @@
 //! Services of a node: making the answering and the asking end.
 
+use std::fmt::Display;
+
 use ros2_client::service::ServiceMapping;
 use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
 
@@ -22,19 +24,9 @@ impl Node {
         Request: Message + Clone + 'static,
         Response: Message + Clone + 'static,
     {
-        let (name, dds_name, kind) = self.service_names(name, type_name)?;
-        let server = self
-            .ros()
-            .create_server(
-                ServiceMapping::Enhanced,
-                &dds_name,
-                &kind,
-                service_qos(),
-                service_qos(),
-            )
-            .map_err(|error| Error::Create {
-                what: format!("service {name}"),
-                reason: error.to_string(),
+        let (server, name) =
+            self.service_end(name, type_name, |ros, mapping, name, kind, qos| {
+                ros.create_server(mapping, name, kind, qos.clone(), qos)
             })?;
         Ok(Service::new(server, name))
     }
@@ -78,28 +70,26 @@ impl Node {
         Request: Message + Clone + 'static,
         Response: Message + Clone + 'static,
     {
-        let (name, dds_name, kind) = self.service_names(name, type_name)?;
-        let client = self
-            .ros()
-            .create_client(
-                ServiceMapping::Enhanced,
-                &dds_name,
-                &kind,
-                service_qos(),
-                service_qos(),
-            )
-            .map_err(|error| Error::Create {
-                what: format!("a client of {name}"),
-                reason: error.to_string(),
+        let (client, name) =
+            self.service_end(name, type_name, |ros, mapping, name, kind, qos| {
+                ros.create_client(mapping, name, kind, qos.clone(), qos)
             })?;
         Ok(Client::new(client, self.participant(), self.graph(), name))
     }
 
-    fn service_names(
+    /// One end of a service, made by `create`, and the absolute name of the service.
+    fn service_end<End, E: Display>(
         &self,
         name: &str,
         type_name: &str,
-    ) -> Result<(String, Name, ServiceTypeName)> {
+        create: impl FnOnce(
+            &mut ros2_client::Node,
+            ServiceMapping,
+            &Name,
+            &ServiceTypeName,
+            QosProfile,
+        ) -> std::result::Result<End, E>,
+    ) -> Result<(End, String)> {
         let name = self.resolve_service(name)?;
         let failed = |reason: String| Error::Create {
             what: format!("service {name}"),
@@ -108,10 +98,15 @@ impl Node {
         let dds_name = Name::parse(&name).map_err(|error| failed(error.to_string()))?;
         let (package, kind) = type_parts(type_name, "srv").map_err(failed)?;
         let kind = ServiceTypeName::new(package, kind);
-        Ok((name, dds_name, kind))
+        let qos = Qos::reliable(10).profile();
+        let end = create(
+            &mut self.ros(),
+            ServiceMapping::Enhanced,
+            &dds_name,
+            &kind,
+            qos,
+        )
+        .map_err(|error| failed(error.to_string()))?;
+        Ok((end, name))
     }
-}
-
-fn service_qos() -> QosProfile {
-    Qos::reliable(10).profile()
 }

@@ -137,6 +137,15 @@ impl<M: Message> Publisher<M> {
         false
     }
 
+    /// As [`publish`](Self::publish), where anybody subscribes; otherwise the message is not even made. For volatile
+    /// topics: nobody who comes later would get it, and making and serializing it and waking the middleware costs as
+    /// much as sending it.
+    pub fn publish_if_heard(&self, make: impl FnOnce() -> M) {
+        if self.subscriber_count() > 0 {
+            self.publish(make());
+        }
+    }
+
     /// Number of matched subscribers.
     pub fn subscriber_count(&self) -> usize {
         self.shared.graph.matched(self.shared.guid)

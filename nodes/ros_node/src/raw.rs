@@ -2,16 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::Arc;
 
-use ros2_client::{Message, MessageTypeName, Name};
+use ros2_client::Message;
+use rustdds::RTPSEntity;
 use rustdds::policy::{Durability, Reliability};
-use rustdds::{RTPSEntity, Topic};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 
-use crate::error::{Error, Result};
-use crate::node::{Node, type_parts};
+use crate::error::Result;
+use crate::node::Node;
 use crate::publisher::Publisher;
 use crate::qos::Qos;
 use crate::subscription::Subscription;
@@ -106,66 +105,27 @@ impl Node {
     /// A publisher of payloads of a type that is known by its name, `package/msg/Name`.
     ///
     /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
+    /// [`crate::Error::Name`] or [`crate::Error::Create`].
     pub fn raw_publisher(
         &self,
         topic: &str,
         type_name: &str,
         qos: Qos,
     ) -> Result<Publisher<Payload>> {
-        let (topic, dds_topic) = self.raw_topic(topic, type_name, qos)?;
-        let writer = self
-            .ros()
-            .create_publisher(&dds_topic, Some(qos.profile()))
-            .map_err(|error| Error::Create {
-                what: format!("a publisher of {topic}"),
-                reason: error.to_string(),
-            })?;
-        Ok(Publisher::new(writer, &topic, self.graph()))
+        self.publisher_of(topic, type_name, qos)
     }
 
     /// A subscription of payloads of a type that is known by its name, `package/msg/Name`.
     ///
     /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
+    /// [`crate::Error::Name`] or [`crate::Error::Create`].
     pub fn raw_subscription(
         &self,
         topic: &str,
         type_name: &str,
         qos: Qos,
     ) -> Result<Subscription<Payload>> {
-        let (topic, dds_topic) = self.raw_topic(topic, type_name, qos)?;
-        let reader = self
-            .ros()
-            .create_subscription(&dds_topic, Some(qos.profile()))
-            .map_err(|error| Error::Create {
-                what: format!("a subscription of {topic}"),
-                reason: error.to_string(),
-            })?;
-        let ros = self.ros_handle();
-        Ok(Subscription::new(
-            reader,
-            Arc::clone(&ros),
-            dds_topic,
-            &topic,
-            qos,
-            self.graph(),
-        ))
-    }
-
-    fn raw_topic(&self, topic: &str, type_name: &str, qos: Qos) -> Result<(String, Topic)> {
-        let topic = self.resolve_topic(topic)?;
-        let failed = |reason: String| Error::Create {
-            what: format!("topic {topic}"),
-            reason,
-        };
-        let name = Name::parse(&topic).map_err(|error| failed(error.to_string()))?;
-        let (package, kind) = type_parts(type_name, "msg").map_err(failed)?;
-        let dds_topic = self
-            .ros()
-            .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
-            .map_err(|error| failed(error.to_string()))?;
-        Ok((topic, dds_topic))
+        self.subscription_of(topic, type_name, qos)
     }
 }
 

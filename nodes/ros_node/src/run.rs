@@ -73,17 +73,22 @@ where
         println!("{}", builder.usage());
         return ExitCode::SUCCESS;
     }
+    let workers = builder.workers();
     let startup = match builder.check(ros_args) {
         Ok(startup) => startup,
         Err(error) => return unusable(&error),
     };
     let level = startup.ros_args.log_level(&startup.identity.name);
     logging::install(&startup.identity.name, level, startup.ros_args.console);
-    let runtime = match tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(2)
-        .enable_all()
-        .build()
-    {
+    // What costs at a few hundred samples a second is waking threads up: one thread, unless the node asks for more.
+    let mut runtime = match workers {
+        0 => tokio::runtime::Builder::new_current_thread(),
+        _ => tokio::runtime::Builder::new_multi_thread(),
+    };
+    if workers > 0 {
+        runtime.worker_threads(workers);
+    }
+    let runtime = match runtime.enable_all().build() {
         Ok(runtime) => runtime,
         Err(error) => return unusable(&error),
     };

@@ -51,6 +51,7 @@ pub struct SubscriptionStatistics {
     received: AtomicU64,
     lost: AtomicU64,
     undecodable: AtomicU64,
+    overrun: AtomicU64,
 }
 
 impl SubscriptionStatistics {
@@ -67,6 +68,11 @@ impl SubscriptionStatistics {
     /// Messages that a publisher sent and that never arrived, by the middleware's own numbering.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Messages that were received and then dropped, because the node did not catch up.
+    pub fn overrun(&self) -> u64 {
+        self.overrun.load(Ordering::Relaxed)
     }
 
     /// Messages that were no messages of the type.
@@ -188,6 +194,16 @@ impl<M: Message + 'static> Subscription<M> {
             }
         }
         Some(message)
+    }
+
+    /// Counts a message that was received and that the node had no room for.
+    pub(crate) fn overrun(&self) {
+        if self.statistics.overrun.fetch_add(1, Ordering::Relaxed) == 0 {
+            tracing::error!(
+                "{}: messages are dropped: the node does not catch up (said once; the diagnostics count)",
+                self.statistics.topic
+            );
+        }
     }
 
     fn open_best_effort_where_needed(&mut self) {

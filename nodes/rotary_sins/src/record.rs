@@ -82,7 +82,10 @@ pub fn run(options: Options, ros_arguments: Vec<String>) -> ExitCode {
     if options.use_sim_time {
         arguments.extend(["--ros-args", "-p", "use_sim_time:=true"].map(str::to_owned));
     }
-    let builder = NodeBuilder::new("rotary_sins_recorder").about("records topics into a bag");
+    // A task for each topic, and at a hundred times real time one thread would not do.
+    let builder = NodeBuilder::new("rotary_sins_recorder")
+        .about("records topics into a bag")
+        .worker_threads(2);
     ros_node::run_with(arguments, builder, |node| record(node, options))
 }
 

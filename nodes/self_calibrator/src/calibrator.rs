@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use imu_input::samples_report;
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
@@ -355,32 +356,13 @@ impl Calibrator {
     /// How the samples come.
     pub fn imu_report(&self) -> Report {
         let samples = self.machine.samples();
-        let counts = samples.counts;
-        let mut report = self
-            .inputs
-            .imu
-            .report()
-            .with(
-                "rate [Hz]",
-                format!("{:.3}", self.imu_stamps.rate().unwrap_or(0.0)),
-            )
-            .with("samples", counts.samples)
-            .with("gaps", counts.gaps)
-            .with("lost", counts.lost)
-            .with("repeated", counts.repeated)
-            .with("backward", counts.backward)
-            .with("not finite", samples.not_finite)
-            .with("restarts", samples.restarts);
-        if counts.gaps > 0 {
-            let text = format!(
-                "{}: {} gaps, {} samples lost",
-                topic::IMU,
-                counts.gaps,
-                counts.lost
-            );
-            report = report.worsened(Level::Warn, &text);
-        }
-        report
+        samples_report(
+            &self.inputs.imu,
+            &self.imu_stamps,
+            samples.counts,
+            samples.not_finite,
+            samples.restarts,
+        )
     }
 
     /// How the joint states come.

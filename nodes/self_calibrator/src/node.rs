@@ -13,10 +13,11 @@ use sins::self_calibration::Reference;
 use crate::calibrator::{Calibrator, Output, topic};
 use crate::parameters;
 
+/// How often samples are taken. Nothing that leaves here is in a hurry, and waking up for every sample costs several times as
+/// much as the sample; the reader's cache holds `queue_depth` of them meanwhile.
+const TICK: Duration = Duration::from_millis(10);
 /// Samples taken in one go, so that other inputs get their turn.
-const BATCH: usize = 512;
-/// How often the end of the samples is looked for.
-const TICK: Duration = Duration::from_millis(500);
+const BATCH: usize = 2000;
 
 /// The calibrator, shared by the task, the services and the diagnostics.
 #[derive(Clone)]
@@ -64,8 +65,8 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         calibration: node.publisher(topic::CALIBRATION, Qos::latched(1))?,
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
-    let depth = usize::try_from(node.parameter::<i64>("queue_depth")?)?;
-    let joints: Subscription<JointState> =
+    let depth = imu_input::queue_depth(node.parameters())?;
+    let mut joints: Subscription<JointState> =
         node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut scheme: Subscription<SchemeStatus> =
         node.subscription(topic::SCHEME, Qos::latched(10))?;
@@ -74,41 +75,35 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
         Reference::Moored { .. } => None,
     };
-    let samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
+    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     serve(&node, &shared, &publishers)?;
     watch(&node, &shared);
-    let (mut joints, mut samples) = (node.drain(joints, BATCH), node.drain(samples, BATCH));
     node.set_ready();
     let mut ticks = tokio::time::interval(TICK);
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
-        // What the samples need comes first; the samples themselves wait in their queue meanwhile.
+        // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
         tokio::select! {
             biased;
             () = node.shutdown() => return Ok(()),
             fix = fixes.recv() => shared.lock().fix(&fix),
-            Some(batch) = joints.recv() => {
-                let mut calibrator = shared.lock();
-                for message in &batch {
-                    calibrator.joints(message);
-                }
-            }
             velocity = next(&mut velocities) => shared.lock().velocity(&velocity),
             status = scheme.recv() => {
                 let calibration = shared.lock().scheme(&status);
                 publishers.publish_calibration(calibration);
             }
-            Some(batch) = samples.recv() => {
-                let outputs: Vec<_> = {
-                    let mut calibrator = shared.lock();
-                    batch.iter().filter_map(|message| calibrator.imu(message)).collect()
-                };
-                for output in outputs {
-                    publishers.publish(output);
-                }
-            }
             _ = ticks.tick() => {
-                let calibration = shared.lock().tick();
-                publishers.publish_calibration(calibration);
+                let mut calibrator = shared.lock();
+                while let Some(message) = joints.try_recv() {
+                    calibrator.joints(&message);
+                }
+                for _ in 0..BATCH {
+                    let Some(message) = samples.try_recv() else { break };
+                    if let Some(output) = calibrator.imu(&message) {
+                        publishers.publish(output);
+                    }
+                }
+                publishers.publish_calibration(calibrator.tick());
             }
         }
     }

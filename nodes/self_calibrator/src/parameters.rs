@@ -2,38 +2,24 @@
 
 use std::f64::consts::PI;
 
-use anyhow::{Context, ensure};
+use imu_input::{Number, noise, numbers, turntable};
 use nalgebra::Vector3;
-use ros_node::{Parameter, Parameters, SENSOR_DEPTH};
+use ros_node::{Parameter, Parameters};
 use sins::estimation::filter::InitialUncertainty;
-use sins::imu::NoiseDensity;
 use sins::self_calibration::{Reference, Settings, Thresholds};
-use sins::turntable::Turntable;
-use sins::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
+use sins::units::{ARC_MINUTE, DEG_PER_HOUR, MICRO_G};
 
-/// Default of `queue_depth`.
-#[allow(clippy::cast_possible_wrap, reason = "a small constant")]
-const QUEUE_DEPTH: i64 = SENSOR_DEPTH as i64;
-
-/// Numbers: name, default, unit, least, greatest, what it is.
+/// Numbers that only this node has.
 #[rustfmt::skip]
-const NUMBERS: [(&str, f64, &str, f64, f64, &str); 16] = [
-    ("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
-        "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
-    ("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
-        "white noise of the accelerometers; 0: from the covariances of the Imu messages"),
+const NUMBERS: [Number; 10] = [
     ("prior_position_m", 10.0, "m", 1e-3, 1e6,
         "initial 1 sigma of the position, each axis"),
     ("prior_velocity_m_s", 0.01, "m/s", 1e-6, 100.0,
         "initial 1 sigma of the velocity, each axis"),
-    ("moored_sigma_m_s", 0.01, "m/s", 1e-6, 10.0,
-        "1 sigma of the moored ship's residual velocity, each axis"),
     ("velocity_patience_s", 2.0, "s", 0.01, 3600.0,
         "how much later than its sample, by the stamps, a measured velocity may come"),
     ("update_interval_s", 1.0, "s", 0.01, 60.0,
         "time between covariance steps, and between estimates"),
-    ("coarse_alignment_s", 300.0, "s", 10.0, 7200.0,
-        "length of coarse alignment"),
     ("coarse_alignment_min_s", 60.0, "s", 1.0, 7200.0,
         "shortest coarse alignment, where the samples end early"),
     ("coarse_residual_limit_m_s", 1.0, "m/s", 1e-3, 100.0,
@@ -46,10 +32,6 @@ const NUMBERS: [(&str, f64, &str, f64, f64, &str); 16] = [
         "probability that the innovation test fails over one window when all is well"),
     ("turn_deg", 10.0, "deg", 0.1, 180.0,
         "turn of the block that ends fine alignment and begins calibration"),
-    ("restart_gap_s", 5.0, "s", 0.01, 3600.0,
-        "a longer hole in the samples, or a step back in time, starts the alignment anew"),
-    ("silence_s", 3.0, "s", 0.1, 3600.0,
-        "an input topic that is silent for longer is a fault"),
 ];
 
 /// Numbers for the axes x, y, z: name, default, unit, greatest, what it is.
@@ -65,14 +47,9 @@ const TRIPLES: [(&str, f64, &str, f64, &str); 4] = [
 
 /// Every parameter with unit, range and default. The defaults are those of [`Settings`].
 pub fn declarations() -> Vec<Parameter> {
-    let axes = ["x", "y", "z"];
-    let mut all = vec![
-        Parameter::new("outer_axis", "x")
-            .one_of(&axes)
-            .describe("axis of the block, at zero joint angles, that outer_joint turns about"),
-        Parameter::new("inner_axis", "y")
-            .one_of(&axes)
-            .describe("axis of the block, at zero joint angles, that inner_joint turns about"),
+    let mut all = imu_input::declarations();
+    all.extend(numbers(&NUMBERS));
+    all.extend([
         Parameter::new("velocity_reference", "moored")
             .one_of(&["moored", "measured"])
             .describe("moored: the ship's velocity is zero; measured: it comes on aiding/velocity"),
@@ -84,16 +61,7 @@ pub fn declarations() -> Vec<Parameter> {
         Parameter::new("innovation_window_updates", 300_i64)
             .range(10.0, 100_000.0)
             .describe("length of the innovation test in updates"),
-        Parameter::new("queue_depth", QUEUE_DEPTH)
-            .range(10.0, 1e6)
-            .describe("samples, and joint states, that the middleware keeps until the node takes them; more for accelerated time"),
-    ];
-    all.extend(NUMBERS.map(|(name, default, unit, from, to, text)| {
-        Parameter::new(name, default)
-            .unit(unit)
-            .range(from, to)
-            .describe(text)
-    }));
+    ]);
     all.extend(TRIPLES.map(|(name, default, unit, to, text)| {
         Parameter::new(name, vec![default; 3])
             .length(3)
@@ -113,20 +81,6 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
     let triple = |name: &str| -> anyhow::Result<Vector3<f64>> {
         Ok(Vector3::from_vec(parameters.get::<Vec<f64>>(name)?))
     };
-    let axis = |name: &str| -> anyhow::Result<_> { Ok(parameters.get::<String>(name)?.parse()?) };
-    let (gyroscope, accelerometer) = (
-        double("angle_random_walk_deg_per_sqrt_hour")?,
-        double("velocity_random_walk_ug_per_sqrt_hz")?,
-    );
-    ensure!(
-        (gyroscope > 0.0) == (accelerometer > 0.0),
-        "parameters angle_random_walk_deg_per_sqrt_hour ({gyroscope}) and velocity_random_walk_ug_per_sqrt_hz \
-         ({accelerometer}): expected both positive, or both 0 to take the noise from the messages"
-    );
-    let noise = (gyroscope > 0.0).then(|| NoiseDensity {
-        gyroscope: Vector3::repeat(gyroscope * DEG_PER_SQRT_HOUR),
-        accelerometer: Vector3::repeat(accelerometer * MICRO_G),
-    });
     let reference = match parameters.get::<String>("velocity_reference")?.as_str() {
         "measured" => Reference::Measured {
             patience_s: double("velocity_patience_s")?,
@@ -138,9 +92,8 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
     let level = double("level_threshold_arcmin")? * ARC_MINUTE;
     let azimuth = double("azimuth_threshold_arcmin")? * ARC_MINUTE;
     let settings = Settings {
-        turntable: Turntable::new(axis("outer_axis")?, axis("inner_axis")?)
-            .context("parameters outer_axis and inner_axis")?,
-        noise,
+        turntable: turntable(parameters)?,
+        noise: noise(parameters)?,
         prior: InitialUncertainty {
             position_m: double("prior_position_m")?,
             velocity_m_s: double("prior_velocity_m_s")?,

@@ -154,14 +154,7 @@ impl SelfCalibration {
     /// # Errors
     /// [`Error::NotFinite`].
     pub fn ingest_joints(&mut self, joints: JointSample) -> Result<(), Error> {
-        if !joints.position.iter().all(|v| v.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "joint position",
-                stamp: joints.stamp,
-            });
-        }
-        self.joints.push(joints);
-        Ok(())
+        self.joints.push(joints)
     }
 
     /// Takes a velocity over ground (reference `Measured`; otherwise it is left aside).
