@@ -72,6 +72,14 @@ impl Program {
         self
     }
 
+    /// A topic by another name.
+    #[must_use]
+    pub fn remap(mut self, from: &str, to: &str) -> Self {
+        self.ros_arguments
+            .extend(["-r".to_owned(), format!("{from}:={to}")]);
+        self
+    }
+
     /// An environment variable.
     #[must_use]
     pub fn environment(mut self, name: &str, value: &str) -> Self {

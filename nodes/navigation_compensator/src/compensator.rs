@@ -8,6 +8,8 @@ use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::tf2_msgs::TFMessage;
+use ship_sentences::Motion;
 use sins::imu::ImuSample;
 use sins::joint_history::JointHistory;
 use sins::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
@@ -18,7 +20,7 @@ use sins::turntable::JointSample;
 use sins::{Error, Stamp};
 
 use crate::parameters::NodeSettings;
-use crate::translation;
+use crate::{instruments, transforms, translation};
 
 /// Topics of the node, as they are named before remapping.
 pub mod topic {
@@ -48,6 +50,12 @@ pub struct Output {
     pub compensated: SolutionMessages,
     /// Without it.
     pub uncompensated: SolutionMessages,
+    /// Frames that move.
+    pub transforms: Option<TFMessage>,
+    /// Frames that do not, where they are new.
+    pub fixed_transforms: Option<TFMessage>,
+    /// What other instruments aboard are told.
+    pub motion: Option<Motion>,
 }
 
 /// Says which samples are due at a rate, by their stamps alone.
@@ -64,6 +72,11 @@ impl Decimation {
                 .then(|| sins::time::seconds_to_nanos(1.0 / rate_hz).max(1)),
             last: None,
         }
+    }
+
+    /// Never due at a rate of zero.
+    fn or_never(rate_hz: f64) -> Option<Self> {
+        (rate_hz > 0.0).then(|| Self::new(rate_hz))
     }
 
     fn is_due(&mut self, stamp: Stamp) -> bool {
@@ -98,6 +111,10 @@ pub struct Compensator {
     problem: Option<String>,
     navigation_due: Decimation,
     imu_due: Decimation,
+    transforms_due: Option<Decimation>,
+    motion_due: Decimation,
+    /// Block frame and origin that the fixed transforms were last made of.
+    fixed_for: Option<(String, Option<PositionFix>)>,
     calibrations: u64,
     /// A calibration of a time whose samples are still to come.
     early: Option<Calibration>,
@@ -129,6 +146,9 @@ impl Compensator {
             problem: None,
             navigation_due: Decimation::new(settings.output_rate_hz),
             imu_due: Decimation::new(settings.imu_output_rate_hz),
+            transforms_due: Decimation::or_never(settings.tf_rate_hz),
+            motion_due: Decimation::new(settings.nmea_rate_hz),
+            fixed_for: None,
             calibrations: 0,
             early: None,
             navigated: None,
@@ -266,13 +286,70 @@ impl Compensator {
             self.take_calibration(&calibration);
         }
         self.follow_phase();
-        let output = output?;
+        let solution = output.as_ref().map(|output| &output.compensated);
+        let (fixed_transforms, transforms) = self.transforms(sample.stamp, solution);
+        let Some(output) = output else {
+            return transforms.is_some().then(|| Output {
+                transforms,
+                fixed_transforms,
+                ..Output::default()
+            });
+        };
         self.problem = None;
-        let (navigation, imu) = (
+        let (navigation, imu, motion) = (
             self.navigation_due.is_due(output.stamp),
             self.imu_due.is_due(output.stamp),
+            self.motion_due.is_due(output.stamp),
         );
-        (navigation || imu).then(|| self.messages(&output, sample, navigation, imu))
+        (navigation || imu || motion || transforms.is_some()).then(|| Output {
+            transforms,
+            fixed_transforms,
+            motion: motion.then(|| self.motion(&output, sample)),
+            ..self.messages(&output, sample, navigation, imu)
+        })
+    }
+
+    /// Fixed transforms where they are new, and moving ones where they are due. Without a table the block is taken to stand
+    /// at zero angles.
+    fn transforms(
+        &mut self,
+        stamp: Stamp,
+        solution: Option<&Solution>,
+    ) -> (Option<TFMessage>, Option<TFMessage>) {
+        let settings = &self.settings;
+        let is_due = |due: &mut Decimation| due.is_due(stamp);
+        if !self.transforms_due.as_mut().is_some_and(is_due) {
+            return (None, None);
+        }
+        let made_of = (self.frame_id.clone(), self.origin);
+        let fixed = (self.fixed_for.as_ref() != Some(&made_of)).then(|| {
+            transforms::fixed(
+                stamp,
+                &self.frame_id,
+                &settings.odometry_frame_id,
+                self.origin.as_ref(),
+            )
+        });
+        self.fixed_for = Some(made_of);
+        let moving = transforms::moving(
+            stamp,
+            &settings.navigator.alignment.turntable,
+            self.joints.angles_at(stamp),
+            solution.zip(self.origin.as_ref()),
+            &settings.odometry_frame_id,
+            &settings.base_frame_id,
+        );
+        (fixed, Some(moving))
+    }
+
+    fn motion(&self, output: &NavigatorOutput, sample: &ImuSample) -> Motion {
+        let motion = vehicle_motion(
+            &output.compensated,
+            &self.settings.navigator.alignment.turntable,
+            &self.joints.at(output.stamp),
+            &sample.angular_rate_variance,
+        );
+        instruments::ship_motion(output.stamp, &output.compensated, &motion)
     }
 
     fn messages(
@@ -291,6 +368,7 @@ impl Compensator {
         Output {
             compensated: messages(&output.compensated),
             uncompensated: messages(&output.uncompensated),
+            ..Output::default()
         }
     }
 

@@ -19,6 +19,8 @@ fn compensator(output_rate_hz: f64) -> Compensator {
         imu_output_rate_hz: 0.0,
         odometry_frame_id: "odom".to_owned(),
         base_frame_id: "base_link".to_owned(),
+        tf_rate_hz: 0.0,
+        nmea_rate_hz: 10.0,
         silence_s: 3.0,
     })
     .unwrap()
@@ -162,4 +164,86 @@ fn gaps_are_told() {
     feed(&mut compensator, 105..200);
     let report = format!("{:?}", compensator.imu_report());
     assert!(report.contains("1 gaps, 5 samples lost"), "{report}");
+}
+
+/// The tree stands from the first sample on, follows the joints, and has the ship in it once there is a solution: down the tree
+/// the block's attitude is the one that `imu/data` carries.
+#[test]
+fn the_tree_of_frames_is_whole() {
+    let mut compensator = compensator(1.0);
+    compensator.transforms_due = Decimation::or_never(10.0);
+    let joints = |number: i64, angle: f64| JointState {
+        header: sample(number).header,
+        name: vec!["outer_joint".to_owned(), "inner_joint".to_owned()],
+        position: vec![angle, -0.5 * angle],
+        velocity: vec![0.0; 2],
+        ..JointState::default()
+    };
+    let mut outputs = Vec::new();
+    for number in 0..60 {
+        compensator.joints(&joints(number, 0.4), &mut |output| outputs.push(output));
+        compensator.imu(&sample(number), &mut |output| outputs.push(output));
+        if number == 30 {
+            compensator.calibration(&calibration(25));
+        }
+    }
+    let frames = |message: &TFMessage| {
+        message
+            .transforms
+            .iter()
+            .map(|t| format!("{} {}", t.header.frame_id, t.child_frame_id))
+            .collect::<Vec<_>>()
+    };
+    let first = &outputs[0];
+    assert_eq!(
+        frames(first.fixed_transforms.as_ref().unwrap()),
+        ["turntable_inner_link imu_link"]
+    );
+    assert_eq!(frames(first.transforms.as_ref().unwrap()).len(), 2);
+    let fixed: Vec<_> = outputs
+        .iter()
+        .filter_map(|o| o.fixed_transforms.as_ref())
+        .collect();
+    assert_eq!(fixed.len(), 2, "once at the start, once with the origin");
+    assert!(frames(fixed[1]).contains(&"earth map".to_owned()));
+    let last = outputs
+        .iter()
+        .rev()
+        .find(|o| o.transforms.is_some())
+        .unwrap();
+    let moving = last.transforms.as_ref().unwrap();
+    let turn = |child: &str| {
+        let found = moving.transforms.iter().find(|t| t.child_frame_id == child);
+        found.unwrap().transform.rotation.rotation().unwrap()
+    };
+    let block = turn("base_link") * turn("turntable_outer_link") * turn("turntable_inner_link");
+    let attitude = last
+        .compensated
+        .imu
+        .as_ref()
+        .unwrap()
+        .orientation
+        .rotation()
+        .unwrap();
+    assert!(block.angle_to(&attitude) < 1e-9);
+}
+
+/// Instruments are told heading, roll, pitch, rate of turn and place of the ship.
+#[test]
+fn instruments_are_told_of_the_ship() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    let outputs = feed(&mut compensator, 10..210);
+    let motions: Vec<_> = outputs.iter().filter_map(|o| o.motion).collect();
+    assert_eq!(motions.len(), 20, "10 Hz by the stamps");
+    let last = motions.last().unwrap();
+    let heading = last.heading_rad.sin().atan2(last.heading_rad.cos());
+    assert!(heading.abs() < 1e-6 && last.roll_rad.abs() < 1e-6 && last.pitch_rad.abs() < 1e-6);
+    assert!(
+        last.turn_rate_rad_s.abs() < 1e-8,
+        "{}",
+        last.turn_rate_rad_s
+    );
+    assert!((last.latitude_rad.to_degrees() - LATITUDE_DEG).abs() < 1e-6);
 }

@@ -2,8 +2,10 @@
 //! solution beside it. It drives [`sins::navigator::Navigator`]; here messages become samples and results become messages.
 
 mod compensator;
+mod instruments;
 mod node;
 mod parameters;
+mod transforms;
 mod translation;
 
 use std::process::ExitCode;

@@ -1,14 +1,17 @@
 //! The node's task: takes messages from DDS as they come and publishes what they give.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use ros_node::{Node, Publisher, Qos, Report, Subscription};
 use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::tf2_msgs::TFMessage;
 
 use crate::compensator::{Compensator, Output, SolutionMessages, topic};
+use crate::instruments::Instruments;
 use crate::parameters;
 
 /// Samples taken in one go, so that other inputs get their turn.
@@ -69,9 +72,27 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let shared = Shared(Arc::new(Mutex::new(Compensator::new(settings)?)));
     let compensated = SolutionPublishers::new(&node, "")?;
     let uncompensated = SolutionPublishers::new(&node, "uncompensated/")?;
+    let (frames, fixed_frames) = (
+        node.publisher::<TFMessage>("/tf", Qos::reliable(OUTPUT_DEPTH))?,
+        node.publisher::<TFMessage>("/tf_static", Qos::latched(1))?,
+    );
+    let instruments = Instruments::open(node.parameters(), node.clock().is_simulated())?
+        .map(|instruments| Arc::new(Mutex::new(instruments)));
+    if let Some(instruments) = &instruments {
+        attend(&node, instruments);
+    }
     let mut publish = |output: Output| {
         compensated.publish(output.compensated);
         uncompensated.publish(output.uncompensated);
+        if let Some(transforms) = output.fixed_transforms {
+            fixed_frames.publish(transforms);
+        }
+        if let Some(transforms) = output.transforms {
+            frames.publish_if_heard(|| transforms);
+        }
+        if let Some((instruments, motion)) = instruments.as_ref().zip(output.motion) {
+            locked(instruments).send(motion);
+        }
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
     let depth = imu_input::queue_depth(node.parameters())?;
@@ -105,6 +126,25 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             }
         }
     }
+}
+
+fn locked(instruments: &Mutex<Instruments>) -> MutexGuard<'_, Instruments> {
+    instruments.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Says void where solutions stay away, and reports on the outputs.
+fn attend(node: &Node, instruments: &Arc<Mutex<Instruments>>) {
+    let reported = instruments.clone();
+    node.diagnostics()
+        .add("nmea 0183", move || locked(&reported).report());
+    let (clock, ticked) = (node.clock().clone(), instruments.clone());
+    node.spawn(async move {
+        let mut seconds = tokio::time::interval(Duration::from_secs(1));
+        loop {
+            seconds.tick().await;
+            locked(&ticked).second(clock.now_nanos());
+        }
+    });
 }
 
 fn watch(node: &Node, shared: &Shared) {

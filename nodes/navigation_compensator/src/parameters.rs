@@ -7,6 +7,8 @@ use sins::navigator::NavigatorSettings;
 use sins::self_calibration::{Reference, Settings};
 use sins::units::{DEG_PER_HOUR, MICRO_G};
 
+use crate::instruments;
+
 /// What the node itself needs to know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeSettings {
@@ -22,13 +24,17 @@ pub struct NodeSettings {
     pub odometry_frame_id: String,
     /// Frame of the ship.
     pub base_frame_id: String,
+    /// Transforms a second of sample time; 0: none \[Hz\].
+    pub tf_rate_hz: f64,
+    /// NMEA 0183 sentences a second of sample time, where they go anywhere \[Hz\].
+    pub nmea_rate_hz: f64,
     /// An input that is silent for longer is a fault \[s\].
     pub silence_s: f64,
 }
 
 /// Numbers that only this node has.
 #[rustfmt::skip]
-const NUMBERS: [Number; 7] = [
+const NUMBERS: [Number; 8] = [
     ("alignment_s", 900.0, "s", 10.0, 36_000.0,
         "length of the node's own alignment, where it needs one"),
     ("history_s", 60.0, "s", 0.0, 3600.0,
@@ -43,12 +49,15 @@ const NUMBERS: [Number; 7] = [
         "odometry, fix_ins and velocity a second of sample time; 0: with every sample"),
     ("imu_output_rate_hz", 0.0, "Hz", 0.0, 10_000.0,
         "imu/data a second of sample time; 0: with every sample"),
+    ("tf_rate_hz", 20.0, "Hz", 0.0, 1000.0,
+        "transforms of table and ship a second of sample time, to /tf; 0: none, for a robot_state_publisher has them"),
 ];
 
 /// Every parameter with unit, range and default. The defaults are those of [`NavigatorSettings`].
 pub fn declarations() -> Vec<Parameter> {
     let mut all = imu_input::declarations();
     all.extend(numbers(&NUMBERS));
+    all.extend(instruments::declarations());
     all.extend([
         Parameter::new("start_from_calibration", true)
             .describe("start from the attitude of the calibration where its samples are still at hand; false: always align anew"),
@@ -91,6 +100,8 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
         imu_output_rate_hz: double("imu_output_rate_hz")?,
         odometry_frame_id: parameters.get("odometry_frame_id")?,
         base_frame_id: parameters.get("base_frame_id")?,
+        tf_rate_hz: double("tf_rate_hz")?,
+        nmea_rate_hz: double("nmea_rate_hz")?,
         silence_s: double("silence_s")?,
     })
 }
