@@ -14,6 +14,7 @@ use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::{Calibration, RosMessage};
+use rustix::process::{Pid, Signal, kill_process};
 use tokio::task::JoinHandle;
 
 const RATE_HZ: f64 = 200.0;
@@ -89,9 +90,9 @@ impl Running {
 impl Drop for Running {
     fn drop(&mut self) {
         // SIGINT, so that it leaves the graph: a reader that just vanishes holds its writers up until its lease ends.
-        let _ = Command::new("kill")
-            .args(["-INT", &self.0.id().to_string()])
-            .status();
+        // By no process of its own: the SIGCHLD of one could end the event loop of our own middleware.
+        let pid = Pid::from_child(&self.0);
+        kill_process(pid, Signal::INT).unwrap();
         let _ = self.0.wait();
     }
 }
@@ -135,6 +136,39 @@ fn hear<M: RosMessage + ros_node::Message + Send>(node: &Node, topic: &str) -> J
             subscription.recv().await;
         }
     })
+}
+
+/// What a table at rest and an IMU at rest say at one moment.
+fn readings(nanos: i64) -> (JointState, Imu) {
+    let stamp = Time {
+        sec: (nanos / 1_000_000_000) as i32,
+        nanosec: (nanos % 1_000_000_000) as u32,
+    };
+    let mut state = JointState::default();
+    state.header.stamp = stamp;
+    state.name = vec!["outer_joint".into(), "inner_joint".into()];
+    state.position = vec![0.0; 2];
+    state.velocity = vec![0.0; 2];
+    let mut sample = Imu::default();
+    sample.header.stamp = stamp;
+    sample.header.frame_id = "imu_link".into();
+    sample.angular_velocity.z = 5.2e-5;
+    sample.linear_acceleration.z = 9.806;
+    sample.angular_velocity_covariance = [1e-12, 0.0, 0.0, 0.0, 1e-12, 0.0, 0.0, 0.0, 1e-12];
+    sample.linear_acceleration_covariance = [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
+    (state, sample)
+}
+
+/// A calibration to start from.
+fn truth(stamp: Time) -> Calibration {
+    let mut message = Calibration::default();
+    message.header.stamp = stamp;
+    message.valid = true;
+    message.converged = true;
+    message.attitude.w = 1.0;
+    message.latitude_deg = 45.78;
+    message.longitude_deg = 126.67;
+    message
 }
 
 /// Samples from this process through the compensator and back as odometry, each sample; with all its other topics
@@ -181,25 +215,9 @@ async fn latency(node: &Node, all_heard: bool) {
         for count in 0_i64.. {
             tick.tick().await;
             let nanos = 1_760_000_000_000_000_000 + count * 5_000_000;
-            let stamp = Time {
-                sec: (nanos / 1_000_000_000) as i32,
-                nanosec: (nanos % 1_000_000_000) as u32,
-            };
-            let mut state = JointState::default();
-            state.header.stamp = stamp;
-            state.name = vec!["outer_joint".into(), "inner_joint".into()];
-            state.position = vec![0.0; 2];
-            state.velocity = vec![0.0; 2];
+            let (state, sample) = readings(nanos);
+            let stamp = sample.header.stamp;
             joints.publish(state);
-            let mut sample = Imu::default();
-            sample.header.stamp = stamp;
-            sample.header.frame_id = "imu_link".into();
-            sample.angular_velocity.z = 5.2e-5;
-            sample.linear_acceleration.z = 9.806;
-            sample.angular_velocity_covariance =
-                [1e-12, 0.0, 0.0, 0.0, 1e-12, 0.0, 0.0, 0.0, 1e-12];
-            sample.linear_acceleration_covariance =
-                [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
             let _ = sender.send((nanos, Instant::now()));
             imu.publish(sample);
             if count == 10 {
@@ -207,14 +225,7 @@ async fn latency(node: &Node, all_heard: bool) {
             }
             if count == 400 {
                 // Of a sample that has certainly arrived: navigation starts from it at once.
-                let mut message = Calibration::default();
-                message.header.stamp = earlier;
-                message.valid = true;
-                message.converged = true;
-                message.attitude.w = 1.0;
-                message.latitude_deg = 45.78;
-                message.longitude_deg = 126.67;
-                calibration.publish(message);
+                calibration.publish(truth(earlier));
             }
         }
     }));

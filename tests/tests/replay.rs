@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::sensor_msgs::Imu;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use serde_json::Value;
 use suite_tests::{
@@ -107,6 +108,30 @@ fn replay_converges_and_equals_the_command_line() {
         assert_same_bits(bias, &last.accelerometer_bias, &json, bias);
         let q = &last.attitude;
         assert_same_bits("attitude", &[q.x, q.y, q.z, q.w], &json, "attitude_xyzw");
+    });
+}
+
+/// 10 000 samples of the IMU a second through the calibrator, and every one of them is used.
+#[test]
+fn ten_thousand_samples_a_second_lose_nothing() {
+    isolated(|| {
+        let bag = Simulation::new("eight-position", 0.5, 100.0, 21).bag();
+        let mut scene = Scene::new("ten_thousand");
+        // As deep as the queue has to be where the machine does something else for seconds.
+        scene.start(&calibrator().parameter("queue_depth", "50000"));
+        let recording = scene.record("recording", &[ESTIMATE]);
+        scene.finish(scene.play(&bag, 100.0));
+        scene.end();
+
+        let last = estimates(&recording).pop().unwrap();
+        let samples = messages::<Imu>(&bag, "/imu/data_raw").len() as u64;
+        assert_eq!((last.gaps, last.lost_samples), (0, 0), "{}", last.message);
+        // The last estimate is that of the last whole covariance step.
+        assert!(
+            samples - last.samples < 100,
+            "{} of {samples}",
+            last.samples
+        );
     });
 }
 

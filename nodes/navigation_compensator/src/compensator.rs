@@ -232,6 +232,11 @@ impl Compensator {
         self.advance(publish);
     }
 
+    /// Whether samples wait for a joint state.
+    pub fn is_waiting(&self) -> bool {
+        self.order.waiting() > 0
+    }
+
     /// A sample; it goes on when its joint state is there.
     pub fn imu(&mut self, imu: &Imu, publish: &mut impl FnMut(Output)) {
         self.inputs.imu.arrived(1);
@@ -333,7 +338,7 @@ impl Compensator {
         self.fixed_for = Some(made_of);
         let moving = transforms::moving(
             stamp,
-            &settings.navigator.alignment.turntable,
+            settings.navigator.alignment.turntable,
             self.joints.angles_at(stamp),
             solution.zip(self.origin.as_ref()),
             &settings.odometry_frame_id,

@@ -14,12 +14,15 @@ use crate::compensator::{Compensator, Output, SolutionMessages, topic};
 use crate::instruments::Instruments;
 use crate::parameters;
 
-/// Samples taken in one go, so that other inputs get their turn.
+/// How often the inputs are looked at where no sample comes.
+const TICK: Duration = Duration::from_millis(500);
+/// Messages of a topic taken in one go, so that other inputs get their turn.
 const BATCH: usize = 512;
-/// Samples that may wait while the node is busy: 10 s at a hundred times real time.
-const WAITING: usize = 100_000;
-/// Outputs that a slow subscriber may be behind.
-const OUTPUT_DEPTH: usize = 1000;
+/// Acknowledged messages that a writer keeps; what is not acknowledged yet it keeps anyway. Nobody gets them again, and at the rate
+/// of the IMU they would be most of the node's memory.
+const OUTPUT_DEPTH: usize = 100;
+/// The same for the samples, for which the project promises as much.
+const IMU_DEPTH: usize = 1000;
 
 /// The compensator, shared by the task and the diagnostics.
 #[derive(Clone)]
@@ -43,7 +46,7 @@ struct SolutionPublishers {
 impl SolutionPublishers {
     fn new(node: &Node, prefix: &str) -> ros_node::Result<Self> {
         Ok(Self {
-            imu: node.publisher(&format!("{prefix}imu/data"), Qos::sensor())?,
+            imu: node.publisher(&format!("{prefix}imu/data"), Qos::reliable(IMU_DEPTH))?,
             odometry: node.publisher(&format!("{prefix}odometry"), Qos::reliable(OUTPUT_DEPTH))?,
             fix: node.publisher(&format!("{prefix}fix_ins"), Qos::reliable(OUTPUT_DEPTH))?,
             velocity: node.publisher(&format!("{prefix}velocity"), Qos::reliable(OUTPUT_DEPTH))?,
@@ -96,35 +99,47 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
     let depth = imu_input::queue_depth(node.parameters())?;
-    let joints: Subscription<JointState> =
+    let mut joints: Subscription<JointState> =
         node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut calibrations: Subscription<Calibration> =
         node.subscription(topic::CALIBRATION, Qos::latched(1))?;
-    let samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
+    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     watch(&node, &shared);
-    let (mut joints, mut samples) = (node.drain(joints, WAITING), node.drain(samples, WAITING));
-    let (mut joint_batch, mut sample_batch) = (Vec::new(), Vec::new());
     node.set_ready();
+    let mut ticks = tokio::time::interval(TICK);
     loop {
-        // What the samples need comes first; the samples themselves wait in their queue meanwhile.
-        tokio::select! {
+        // A joint state is worth waking up for only where a sample waits for it.
+        let is_waiting = shared.lock().is_waiting();
+        let (joint, sample) = tokio::select! {
             biased;
             () = node.shutdown() => return Ok(()),
-            fix = fixes.recv() => shared.lock().fix(&fix),
-            calibration = calibrations.recv() => shared.lock().calibration(&calibration),
-            1.. = joints.recv_many(&mut joint_batch, BATCH) => {
-                let mut compensator = shared.lock();
-                for message in joint_batch.drain(..) {
-                    compensator.joints(&message, &mut publish);
-                }
+            fix = fixes.recv() => {
+                shared.lock().fix(&fix);
+                continue;
             }
-            1.. = samples.recv_many(&mut sample_batch, BATCH) => {
-                let mut compensator = shared.lock();
-                for message in sample_batch.drain(..) {
-                    compensator.imu(&message, &mut publish);
-                }
+            calibration = calibrations.recv() => {
+                shared.lock().calibration(&calibration);
+                continue;
+            }
+            joint = joints.recv(), if is_waiting => (Some(joint), None),
+            sample = samples.recv() => (None, Some(sample)),
+            // Without samples, joint states are still to be seen.
+            _ = ticks.tick() => (None, None),
+        };
+        // Everything that is there at each wake-up; what the samples need comes first.
+        {
+            let mut compensator = shared.lock();
+            let rest = std::iter::from_fn(|| joints.try_recv()).take(BATCH);
+            for message in joint.into_iter().chain(rest) {
+                compensator.joints(&message, &mut publish);
+            }
+            let rest = std::iter::from_fn(|| samples.try_recv()).take(BATCH);
+            for message in sample.into_iter().chain(rest) {
+                compensator.imu(&message, &mut publish);
             }
         }
+        // Where samples are always there, nobody else on this thread would get a turn.
+        tokio::task::consume_budget().await;
     }
 }
 

@@ -28,13 +28,13 @@ fn transform(stamp: Stamp, parent: &str, child: &str, frame: &Frame) -> Transfor
 /// What moves: the table's links by the joint angles, and the ship where there is a solution.
 pub fn moving(
     stamp: Stamp,
-    table: &Turntable,
+    table: Turntable,
     angles: [f64; 2],
     ship: Option<(&Solution, &PositionFix)>,
     odometry_frame: &str,
     base_frame: &str,
 ) -> TFMessage {
-    let [outer, inner] = table_links(table, angles);
+    let [outer, inner] = table_links(&table, angles);
     let mut transforms = vec![
         transform(stamp, base_frame, OUTER_LINK, &outer),
         transform(stamp, OUTER_LINK, INNER_LINK, &inner),

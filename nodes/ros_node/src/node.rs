@@ -8,7 +8,6 @@ use std::time::Duration;
 use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
 use rotary_sins_msgs::RosMessage;
 use rustdds::{DomainParticipant, Topic};
-use tokio::sync::mpsc::{self, error::TrySendError};
 use tokio::task::JoinHandle;
 
 use crate::builder::Startup;
@@ -22,9 +21,6 @@ use crate::publisher::{Publisher, PublisherStatistics};
 use crate::qos::Qos;
 use crate::shutdown::Shutdown;
 use crate::subscription::{Subscription, SubscriptionStatistics};
-
-/// Messages that a drain takes before others get their turn.
-const DRAIN_BATCH: usize = 512;
 
 /// A node. Clones are handles of the same node.
 #[derive(Clone, Debug)]
@@ -330,35 +326,6 @@ impl Node {
         tasks.push(tokio::spawn(task));
     }
 
-    /// Takes messages out of the middleware as they come, in a task of its own: work on them that falls behind for a
-    /// while never lets the reader's cache overflow. At most `capacity` wait for work; what finds no room is dropped,
-    /// logged and counted in the diagnostics.
-    pub fn drain<M: Message + Send + 'static>(
-        &self,
-        mut subscription: Subscription<M>,
-        capacity: usize,
-    ) -> mpsc::Receiver<M> {
-        let (sender, receiver) = mpsc::channel(capacity);
-        self.spawn(async move {
-            loop {
-                let batch = subscription.recv_batch(DRAIN_BATCH).await;
-                let is_full_batch = batch.len() == DRAIN_BATCH;
-                for message in batch {
-                    match sender.try_send(message) {
-                        Ok(()) => {}
-                        Err(TrySendError::Full(_)) => subscription.overrun(),
-                        // Nobody takes any more: the node is ending.
-                        Err(TrySendError::Closed(_)) => return,
-                    }
-                }
-                if is_full_batch {
-                    tokio::task::yield_now().await;
-                }
-            }
-        });
-        receiver
-    }
-
     /// Completes when the node is to end: SIGINT, SIGTERM, or [`Self::request_shutdown`].
     pub async fn shutdown(&self) {
         self.shared.shutdown.requested().await;
@@ -459,15 +426,6 @@ impl Shared {
                 subscription.lost(),
                 subscription.undecodable(),
             );
-            let overrun = subscription.overrun();
-            if overrun > 0 {
-                report = report
-                    .worsened(
-                        Level::Error,
-                        &format!("{topic}: {overrun} messages dropped, the node does not catch up"),
-                    )
-                    .with(&format!("{topic} dropped"), overrun);
-            }
             // Of the clock only the newest sample counts, and best effort with depth 1 is its rule.
             if lost > 0 && topic != "/clock" {
                 report = report

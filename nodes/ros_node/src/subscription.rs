@@ -51,7 +51,6 @@ pub struct SubscriptionStatistics {
     received: AtomicU64,
     lost: AtomicU64,
     undecodable: AtomicU64,
-    overrun: AtomicU64,
 }
 
 impl SubscriptionStatistics {
@@ -65,14 +64,10 @@ impl SubscriptionStatistics {
         self.received.load(Ordering::Relaxed)
     }
 
-    /// Messages that a publisher sent and that never arrived, by the middleware's own numbering.
+    /// Messages that a publisher sent and that were never taken, by the middleware's own numbering: lost on the way, or
+    /// overwritten in the reader's cache, which is as deep as the [`Qos`] says, by a node that did not catch up.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
-    }
-
-    /// Messages that were received and then dropped, because the node did not catch up.
-    pub fn overrun(&self) -> u64 {
-        self.overrun.load(Ordering::Relaxed)
     }
 
     /// Messages that were no messages of the type.
@@ -194,16 +189,6 @@ impl<M: Message + 'static> Subscription<M> {
             }
         }
         Some(message)
-    }
-
-    /// Counts a message that was received and that the node had no room for.
-    pub(crate) fn overrun(&self) {
-        if self.statistics.overrun.fetch_add(1, Ordering::Relaxed) == 0 {
-            tracing::error!(
-                "{}: messages are dropped: the node does not catch up (said once; the diagnostics count)",
-                self.statistics.topic
-            );
-        }
     }
 
     fn open_best_effort_where_needed(&mut self) {
