@@ -12,6 +12,7 @@ mod demo;
 mod experiment;
 mod filter_options;
 mod info;
+mod monitor;
 mod navigate;
 mod observability;
 mod output;
@@ -55,6 +56,8 @@ enum Command {
     Observability(observability::Options),
     /// Make a page about one recorded run: estimates, consistency, steps, gaps, verdict
     Report(run_report::Options),
+    /// Show how the calibration goes, on one page of a terminal
+    Monitor(monitor::Options),
     /// Record topics of any type into a bag, until Ctrl-C
     Record(record::Options),
     /// Play the topics of a bag
@@ -72,7 +75,7 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
-    // What comes behind --ros-args is for the node of `record` and `play`.
+    // What comes behind --ros-args is for the node of `record`, `play` and `monitor`.
     let mut arguments: Vec<String> = std::env::args().collect();
     let ros_from = arguments
         .iter()
@@ -98,7 +101,10 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
     let outcome = match command {
         Command::Record(options) => return Ok(record::run(options, ros_arguments)),
         Command::Play(options) => return play::run(options, ros_arguments),
-        _ if !ros_arguments.is_empty() => anyhow::bail!("--ros-args is for record and play"),
+        Command::Monitor(options) => return Ok(monitor::run(options, ros_arguments)),
+        _ if !ros_arguments.is_empty() => {
+            anyhow::bail!("--ros-args is for record, play and monitor")
+        }
         Command::Info(options) => info::run(&options)?,
         Command::Simulate(options) => simulate::run(&options)?,
         Command::Align(options) => align::run(&options)?,

@@ -1,0 +1,534 @@
+//! The page: everything on 80 columns and 24 lines; a larger terminal gives its lines to the faults and its columns to the curves.
+
+use std::time::Instant;
+
+use ratatui::{
+    Frame,
+    layout::{Constraint, Layout, Rect},
+    style::{Color, Modifier, Style},
+    text::{Line, Span},
+    widgets::Paragraph,
+};
+use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
+use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
+
+use super::state::{NINE, SILENCE, State, sigmas, thresholds};
+use crate::observability::significant;
+
+/// Names, units and SI of a unit of the nine.
+const ROWS: [(&str, &str, f64); NINE] = [
+    ("misalignment E", "arcsec", ARC_SECOND),
+    ("misalignment N", "arcsec", ARC_SECOND),
+    ("misalignment U", "arcsec", ARC_SECOND),
+    ("gyro drift x", "deg/h", DEG_PER_HOUR),
+    ("gyro drift y", "deg/h", DEG_PER_HOUR),
+    ("gyro drift z", "deg/h", DEG_PER_HOUR),
+    ("acc bias x", "ug", MICRO_G),
+    ("acc bias y", "ug", MICRO_G),
+    ("acc bias z", "ug", MICRO_G),
+];
+/// Columns of a row before its curve.
+const BEFORE_CURVE: usize = 52;
+const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// How the page looks: colours, or none of them (NO_COLOR). Words always say the same.
+#[derive(Clone, Copy)]
+pub struct Look {
+    /// Whether colours are used.
+    pub colour: bool,
+}
+
+impl Look {
+    fn of(self, colour: Color) -> Style {
+        if self.colour {
+            Style::new().fg(colour)
+        } else {
+            Style::new()
+        }
+    }
+}
+
+/// Draws the page.
+pub fn page(frame: &mut Frame, state: &State, now: Instant, look: Look) {
+    let [title, scheme, table, numbers, faults, foot] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(3),
+        Constraint::Length(NINE as u16 + 1),
+        Constraint::Length(3),
+        Constraint::Min(3),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    frame.render_widget(Paragraph::new(title_line(state, now, look)), title);
+    frame.render_widget(
+        Paragraph::new(scheme_lines(state, now, look, scheme.width)),
+        scheme,
+    );
+    frame.render_widget(
+        Paragraph::new(estimate_lines(state, now, look, table)),
+        table,
+    );
+    frame.render_widget(Paragraph::new(number_lines(state, look)), numbers);
+    frame.render_widget(
+        Paragraph::new(fault_lines(state, now, look, faults)),
+        faults,
+    );
+    frame.render_widget(
+        Paragraph::new(
+            "q quits   ✓ sigma below the default threshold   curves: log sigma since the start",
+        ),
+        foot,
+    );
+}
+
+fn bold(text: impl Into<String>) -> Span<'static> {
+    Span::styled(text.into(), Style::new().add_modifier(Modifier::BOLD))
+}
+
+/// Cuts a text to a width, with an ellipsis where something is missing.
+fn fit(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    let mut cut: String = text.chars().take(width.saturating_sub(1)).collect();
+    cut.push('…');
+    cut
+}
+
+fn title_line(state: &State, now: Instant, look: Look) -> Line<'static> {
+    let mut spans = vec![bold("Rotary SINS  ")];
+    match state.newest(now) {
+        None => spans.push(Span::styled("nothing heard yet", look.of(Color::Yellow))),
+        Some(age) if age > SILENCE => spans.push(Span::styled(
+            format!("NO DATA for {} s", age.as_secs()),
+            look.of(Color::Red).add_modifier(Modifier::BOLD),
+        )),
+        Some(_) => {
+            let phase = state
+                .estimate
+                .as_ref()
+                .map_or("no estimate yet", |e| e.message.phase_name.as_str());
+            let colour = match phase {
+                "converged" => Color::Green,
+                "inconsistent" => Color::Red,
+                _ => Color::Cyan,
+            };
+            let style = look.of(colour).add_modifier(Modifier::BOLD);
+            spans.push(Span::styled(phase.replace('_', " "), style));
+        }
+    }
+    if let Some(estimate) = &state.estimate {
+        spans.push(Span::raw(format!(
+            "   {} since the first sample",
+            clock(estimate.message.duration)
+        )));
+    }
+    Line::from(spans)
+}
+
+fn clock(seconds: f64) -> String {
+    if !seconds.is_finite() || seconds < 0.0 {
+        return "-:--:--".to_owned();
+    }
+    let s = seconds as u64;
+    format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+}
+
+fn stale(text: &str, at: Instant, now: Instant, look: Look) -> Option<Span<'static>> {
+    let age = now.saturating_duration_since(at);
+    (age > SILENCE).then(|| {
+        Span::styled(
+            format!("  {text}: no data for {} s", age.as_secs()),
+            look.of(Color::Red),
+        )
+    })
+}
+
+fn scheme_lines(state: &State, now: Instant, look: Look, width: u16) -> Vec<Line<'static>> {
+    let Some(heard) = &state.scheme else {
+        return vec![
+            Line::raw(""),
+            Line::raw("scheme/status: nothing heard; is a sequencer running?"),
+        ];
+    };
+    let s = &heard.message;
+    let doing = match s.state {
+        SchemeStatus::IDLE => "idle",
+        SchemeStatus::WAITING_FOR_TABLE => "waiting for the table",
+        SchemeStatus::DWELLING => "dwelling",
+        SchemeStatus::ROTATING => "rotating",
+        SchemeStatus::PAUSED => "paused",
+        SchemeStatus::ABORTED => "aborted",
+        SchemeStatus::FINISHED => "finished",
+        SchemeStatus::FAULT => "FAULT",
+        _ => "unknown state",
+    };
+    let mut first = vec![
+        bold(fit(&s.scheme, 24)),
+        Span::raw(format!(
+            "  cycle {} step {} of {}  position {}  ",
+            s.cycle + 1,
+            s.step,
+            s.steps_per_cycle,
+            fit(&s.position, 10)
+        )),
+        bold(doing),
+        Span::raw(format!(
+            " for {:.0} s",
+            (s.elapsed - state.state_since_s).max(0.0)
+        )),
+    ];
+    first.extend(stale("scheme", heard.at, now, look));
+    let next = if s.rotation_axis.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "   {} {:+.0} deg about {}",
+            if s.state == SchemeStatus::ROTATING {
+                "now"
+            } else {
+                "next"
+            },
+            s.rotation_angle_rad.to_degrees(),
+            s.rotation_axis
+        )
+    };
+    let remaining = if s.remaining < 0.0 {
+        "until stopped".to_owned()
+    } else {
+        format!("{} left", clock(s.remaining))
+    };
+    vec![
+        Line::from(first),
+        Line::raw(format!("{} elapsed, {remaining}{next}", clock(s.elapsed))),
+        Line::raw(fit(&s.message, usize::from(width))),
+    ]
+}
+
+fn estimate_lines(state: &State, now: Instant, look: Look, area: Rect) -> Vec<Line<'static>> {
+    let mut head = vec![bold(format!(
+        "{:<16}{:>11}{:>11}   {:<8}",
+        "", "estimate", "1 sigma", ""
+    ))];
+    let Some(heard) = &state.estimate else {
+        return vec![
+            Line::from(head),
+            Line::raw("self_calibration/estimate: nothing heard; is a calibrator running?"),
+        ];
+    };
+    head.extend(stale("estimate", heard.at, now, look));
+    let estimate = &heard.message;
+    let curve = usize::from(area.width).saturating_sub(BEFORE_CURVE);
+    let mut lines = vec![Line::from(head)];
+    for (index, (name, unit, scale)) in ROWS.into_iter().enumerate() {
+        let sigma = sigmas(estimate)[index];
+        let value = match index {
+            0..3 => "-".to_owned(),
+            3..6 => significant(estimate.gyroscope_drift[index - 3] / scale),
+            _ => significant(estimate.accelerometer_bias[index - 6] / scale),
+        };
+        let limit = thresholds()[index];
+        let mark = match (limit.is_finite(), sigma <= limit) {
+            (false, _) => ' ',
+            (true, true) => '✓',
+            (true, false) => '·',
+        };
+        let style = look.of(if mark == '✓' {
+            Color::Green
+        } else {
+            Color::Reset
+        });
+        lines.push(Line::from(vec![
+            Span::raw(format!("{name:<16}{value:>11}")),
+            Span::styled(format!("{:>11} {mark}", significant(sigma / scale)), style),
+            Span::raw(format!(" {unit:<7}  ")),
+            Span::styled(sparkline(state.history(index), curve), look.of(Color::Cyan)),
+        ]));
+    }
+    lines
+}
+
+/// The logarithm of positive values in eighths of a line, resampled to `width`; a space where a value is none.
+pub fn sparkline(values: impl Iterator<Item = f64>, width: usize) -> String {
+    let logs: Vec<f64> = values.map(f64::log10).collect();
+    let finite = || logs.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = (
+        finite().fold(f64::INFINITY, f64::min),
+        finite().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let columns = width.min(logs.len());
+    (0..columns)
+        .map(|column| {
+            let value = logs[column * logs.len() / columns];
+            if !value.is_finite() {
+                return ' ';
+            }
+            let share = if high > low {
+                (value - low) / (high - low)
+            } else {
+                0.0
+            };
+            BARS[((share * 7.0).round() as usize).min(7)]
+        })
+        .collect()
+}
+
+fn number_lines(state: &State, look: Look) -> Vec<Line<'static>> {
+    let Some(heard) = &state.estimate else {
+        return Vec::new();
+    };
+    let e: &SelfCalibrationEstimate = &heard.message;
+    let angle = |name: &str, value: f64, sigma: f64| {
+        format!(
+            "{name} {:.4} ± {:.4}",
+            value.to_degrees(),
+            sigma.to_degrees()
+        )
+    };
+    let is_consistent = e.nis_window_mean <= e.nis_upper_bound;
+    let verdict = if is_consistent {
+        "consistent"
+    } else {
+        "INCONSISTENT"
+    };
+    let of = |node: &str, key: &str| {
+        state
+            .value(&format!("{node}: imu samples"), key)
+            .unwrap_or("-")
+            .to_owned()
+    };
+    vec![
+        Line::raw(format!(
+            "{}  {}  {} deg",
+            angle("heading", e.heading, e.heading_std),
+            angle("roll", e.roll, e.roll_std),
+            angle("pitch", e.pitch, e.pitch_std)
+        )),
+        Line::from(vec![
+            Span::raw(format!(
+                "NIS {:.2}, mean {:.2}, bound {:.2}: ",
+                e.nis, e.nis_window_mean, e.nis_upper_bound
+            )),
+            Span::styled(
+                verdict,
+                look.of(if is_consistent {
+                    Color::Green
+                } else {
+                    Color::Red
+                }),
+            ),
+        ]),
+        Line::raw(format!(
+            "samples {}  gaps {}  lost {}  IMU {} Hz; compensator gaps {} lost {}",
+            e.samples,
+            e.gaps,
+            e.lost_samples,
+            of("self_calibrator", "rate [Hz]"),
+            of("navigation_compensator", "gaps"),
+            of("navigation_compensator", "lost"),
+        )),
+    ]
+}
+
+fn fault_lines(state: &State, now: Instant, look: Look, area: Rect) -> Vec<Line<'static>> {
+    let faults = state.faults(now);
+    let (width, height) = (usize::from(area.width), usize::from(area.height));
+    if faults.is_empty() {
+        let text = if state.diagnostics.is_empty() {
+            "/diagnostics: nothing heard"
+        } else {
+            "diagnostics: no faults"
+        };
+        return vec![Line::raw(text)];
+    }
+    let shown = if faults.len() > height {
+        height - 1
+    } else {
+        faults.len()
+    };
+    let mut lines: Vec<Line> = faults
+        .iter()
+        .take(shown)
+        .map(|fault| {
+            let (word, colour) = match fault.level {
+                1 => ("WARN", Color::Yellow),
+                2 => ("ERROR", Color::Red),
+                _ => ("STALE", Color::Magenta),
+            };
+            let text = format!("{}: {}", fault.name, fault.message);
+            Line::from(vec![
+                Span::styled(format!("{word:<6}"), look.of(colour)),
+                Span::raw(fit(&text, width.saturating_sub(6))),
+            ])
+        })
+        .collect();
+    if shown < faults.len() {
+        lines.push(Line::raw(format!("and {} more", faults.len() - shown)));
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use ratatui::{Terminal, backend::TestBackend};
+    use rotary_sins_msgs::diagnostic_msgs::DiagnosticStatus;
+    use std::time::Duration;
+
+    fn text(state: &State, now: Instant, width: u16, height: u16) -> Vec<String> {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        terminal
+            .draw(|frame| page(frame, state, now, Look { colour: false }))
+            .unwrap();
+        let buffer = terminal.backend().buffer();
+        (0..height)
+            .map(|y| {
+                let line: String = (0..width).map(|x| buffer[(x, y)].symbol()).collect();
+                line.trim_end().to_owned()
+            })
+            .collect()
+    }
+
+    fn running(now: Instant) -> State {
+        let mut state = State::default();
+        state.scheme(
+            SchemeStatus {
+                scheme: "a-scheme-with-a-name-that-is-much-too-long".to_owned(),
+                state: SchemeStatus::DWELLING,
+                step: 3,
+                steps_per_cycle: 10,
+                position: "D".to_owned(),
+                elapsed: 1650.0,
+                remaining: -1.0,
+                rotation_axis: "x".to_owned(),
+                rotation_angle_rad: -std::f64::consts::FRAC_PI_2,
+                ..SchemeStatus::default()
+            },
+            now,
+        );
+        for step in 0..500 {
+            state.estimate(
+                SelfCalibrationEstimate {
+                    phase_name: "calibrating".to_owned(),
+                    duration: f64::from(step),
+                    misalignment_std: [3e-6, f64::NAN, f64::INFINITY],
+                    gyroscope_drift: [0.0123 * DEG_PER_HOUR; 3],
+                    gyroscope_drift_std: [1e-8 / f64::from(step + 1); 3],
+                    accelerometer_bias: [-100.4 * MICRO_G; 3],
+                    accelerometer_bias_std: [50.0 * MICRO_G; 3],
+                    nis_window_mean: 1.2,
+                    nis_upper_bound: 2.6,
+                    ..SelfCalibrationEstimate::default()
+                },
+                now,
+            );
+        }
+        state
+    }
+
+    /// On 80 × 24 everything is there: phase, scheme, nine rows with marks and curves, numbers, faults, keys.
+    #[test]
+    fn everything_fits_on_80_by_24() {
+        let now = Instant::now();
+        let mut state = running(now);
+        for (name, level) in [
+            ("self_calibrator: imu samples", 1),
+            ("x: y", 2),
+            ("z", 2),
+            ("w", 1),
+            ("v", 1),
+            ("u", 1),
+            ("t", 1),
+        ] {
+            let message = "imu/data_raw: 3 gaps, 17 samples lost, and a text that is longer than what is left of the line".to_owned();
+            state.diagnostic(
+                DiagnosticStatus {
+                    name: name.to_owned(),
+                    level,
+                    message,
+                    ..DiagnosticStatus::default()
+                },
+                now,
+            );
+        }
+        let lines = text(&state, now, 80, 24);
+        let all = lines.join("\n");
+        for words in [
+            "calibrating",
+            "0:08:19 since",
+            "cycle 1 step 3 of 10",
+            "position D",
+            "dwelling",
+            "until stopped",
+            "next -90 deg about x",
+            "misalignment U",
+            "gyro drift z",
+            "0.0123",
+            "-100",
+            "acc bias z",
+            "heading 0.0000",
+            "NIS",
+            "consistent",
+            "samples",
+            "ERROR x: y",
+            "and 2 more",
+            "q quits",
+        ] {
+            assert!(all.contains(words), "no '{words}' in\n{all}");
+        }
+        assert!(lines[23].starts_with("q quits"), "{all}");
+        assert!(
+            lines.iter().any(|l| l.starts_with("gyro drift x")
+                && l.contains('✓')
+                && l.contains('█')
+                && l.contains('▁')),
+            "{all}"
+        );
+        assert!(
+            lines
+                .iter()
+                .any(|l| l.starts_with("acc bias x") && l.contains('·')),
+            "{all}"
+        );
+        assert!(all.contains("NaN") && all.contains("inf"), "{all}");
+    }
+
+    /// Larger terminals and small ones do not panic, and empty states speak.
+    #[test]
+    fn any_size_and_an_empty_state() {
+        let now = Instant::now();
+        for (width, height) in [(1, 1), (20, 5), (80, 24), (120, 40), (300, 100)] {
+            text(&running(now), now, width, height);
+            text(&State::default(), now, width, height);
+        }
+        let all = text(&State::default(), now, 80, 24).join("\n");
+        for words in [
+            "nothing heard yet",
+            "scheme/status: nothing heard",
+            "self_calibration/estimate: nothing heard",
+        ] {
+            assert!(all.contains(words), "{all}");
+        }
+    }
+
+    /// Data that stop are told to have stopped, each stream and all of them.
+    #[test]
+    fn stopped_data_are_told() {
+        let now = Instant::now();
+        let all = text(&running(now), now + Duration::from_secs(12), 80, 24).join("\n");
+        assert!(all.contains("NO DATA for 12 s"), "{all}");
+        assert!(all.contains("estimate: no data for 12 s"), "{all}");
+    }
+
+    #[test]
+    fn sparklines_fall_and_leave_holes() {
+        assert_eq!(
+            sparkline([100.0, 10.0, f64::NAN, 1.0].into_iter(), 10),
+            "█▅ ▁"
+        );
+        assert_eq!(sparkline([5.0, 5.0].into_iter(), 10), "▁▁");
+        assert_eq!(sparkline((0..1000).map(f64::from), 10).chars().count(), 10);
+        assert_eq!(sparkline(std::iter::empty(), 10), "");
+    }
+}

@@ -1,0 +1,212 @@
+//! `rotary-sins monitor`: how the calibration goes, on one page of a terminal.
+
+mod draw;
+mod state;
+
+use std::{
+    io::IsTerminal,
+    process::ExitCode,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use ratatui::{
+    Terminal,
+    backend::TestBackend,
+    crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers},
+};
+use ros_node::{Node, NodeBuilder, Qos};
+use rotary_sins_msgs::{RosMessage, diagnostic_msgs::DiagnosticArray};
+
+use self::{
+    draw::{Look, page},
+    state::State,
+};
+
+/// Name of the node, before its process id.
+const NAME: &str = "rotary_sins_monitor";
+/// Between two drawings.
+const REFRESH: Duration = Duration::from_millis(500);
+
+/// Options of `monitor`.
+#[derive(Args)]
+pub struct Options {
+    /// Wait for an estimate, print one page as text, and end
+    #[arg(long)]
+    once: bool,
+    /// How long --once waits
+    #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
+    timeout: f64,
+}
+
+/// Runs until q, Ctrl-C or a signal. `ros_arguments` are those behind `--ros-args`, with it.
+pub fn run(options: Options, mut ros_arguments: Vec<String>) -> ExitCode {
+    if ros_arguments.is_empty() {
+        ros_arguments.push("--ros-args".to_owned());
+    }
+    // Its own log lines would run through the page.
+    ros_arguments.extend(["--log-level", "error", "--disable-rosout-logs"].map(str::to_owned));
+    let name = format!("{NAME}_{}", std::process::id());
+    let builder = NodeBuilder::new(&name).about("shows how the calibration goes");
+    ros_node::run_with(ros_arguments, builder, |node| monitor(node, options))
+}
+
+async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
+    let timeout = Duration::try_from_secs_f64(options.timeout).context("--timeout")?;
+    let state = Arc::new(Mutex::new(State::default()));
+    listen(
+        &node,
+        &state,
+        "scheme/status",
+        Qos::latched(10),
+        State::scheme,
+    )?;
+    listen(
+        &node,
+        &state,
+        "self_calibration/estimate",
+        Qos::latched(100),
+        State::estimate,
+    )?;
+    listen(
+        &node,
+        &state,
+        "/diagnostics",
+        Qos::reliable(100),
+        |state, array: DiagnosticArray, at| {
+            // What monitors say of themselves is no sign of life of the others.
+            let others = array
+                .status
+                .into_iter()
+                .filter(|s| !s.name.starts_with(NAME));
+            for status in others {
+                state.diagnostic(status, at);
+            }
+        },
+    )?;
+    node.set_ready();
+    if options.once {
+        return once(&node, &state, timeout).await;
+    }
+    if !std::io::stdout().is_terminal() {
+        return lines(&node, &state).await;
+    }
+    // Reading keys blocks; the node listens meanwhile on its own threads.
+    let own = node.clone();
+    let shown = tokio::task::spawn_blocking(move || {
+        let mut terminal = ratatui::try_init().context("the terminal")?;
+        let result = show(&mut terminal, &own, &state);
+        ratatui::restore();
+        result
+    });
+    let result = shown.await.context("the page")?;
+    node.request_shutdown();
+    result
+}
+
+fn show(
+    terminal: &mut ratatui::DefaultTerminal,
+    node: &Node,
+    state: &Mutex<State>,
+) -> anyhow::Result<()> {
+    let look = Look {
+        colour: std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
+    };
+    while !node.is_shutdown_requested() {
+        let seen = locked(state).clone();
+        terminal.draw(|frame| page(frame, &seen, Instant::now(), look))?;
+        if event::poll(REFRESH)?
+            && let Event::Key(key) = event::read()?
+            && key.kind == KeyEventKind::Press
+        {
+            let is_interrupt =
+                key.modifiers.contains(KeyModifiers::CONTROL) && key.code == KeyCode::Char('c');
+            if is_interrupt || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) {
+                break;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The page as text, once.
+async fn once(node: &Node, state: &Mutex<State>, timeout: Duration) -> anyhow::Result<()> {
+    let until = Instant::now() + timeout;
+    loop {
+        let seen = locked(state).clone();
+        // Diagnostics come once a second; they belong to the page.
+        if seen.estimate.is_some() && !seen.diagnostics.is_empty() {
+            return crate::output::text_line(&text(&seen)?);
+        }
+        if Instant::now() > until {
+            if seen.newest(Instant::now()).is_some() {
+                return crate::output::text_line(&text(&seen)?);
+            }
+            bail!(
+                "nothing heard in {:.0} s on scheme/status, self_calibration/estimate, /diagnostics: \
+                 are the nodes running, in this ROS_DOMAIN_ID and namespace?",
+                timeout.as_secs_f64()
+            );
+        }
+        tokio::select! {
+            () = node.shutdown() => return Ok(()),
+            () = tokio::time::sleep(Duration::from_millis(200)) => {}
+        }
+    }
+}
+
+/// Where standard output is no terminal: a page every second, parted by an empty line.
+async fn lines(node: &Node, state: &Mutex<State>) -> anyhow::Result<()> {
+    let mut seconds = tokio::time::interval(Duration::from_secs(1));
+    loop {
+        tokio::select! {
+            () = node.shutdown() => return Ok(()),
+            _ = seconds.tick() => {
+                let seen = locked(state).clone();
+                crate::output::text_line(&format!("{}\n", text(&seen)?))?;
+            }
+        }
+    }
+}
+
+fn text(state: &State) -> anyhow::Result<String> {
+    let mut terminal = Terminal::new(TestBackend::new(100, 40)).context("the page")?;
+    terminal
+        .draw(|frame| page(frame, state, Instant::now(), Look { colour: false }))
+        .context("the page")?;
+    let buffer = terminal.backend().buffer();
+    let mut lines: Vec<String> = (0..40)
+        .map(|y| {
+            let line: String = (0..100).map(|x| buffer[(x, y)].symbol()).collect();
+            line.trim_end().to_owned()
+        })
+        .collect();
+    // The line of keys is for those who have some.
+    lines.pop();
+    Ok(lines.join("\n").trim_end().to_owned())
+}
+
+fn listen<M: RosMessage + ros2_client::Message + Send + 'static>(
+    node: &Node,
+    state: &Arc<Mutex<State>>,
+    topic: &str,
+    qos: Qos,
+    take: fn(&mut State, M, Instant),
+) -> anyhow::Result<()> {
+    let mut subscription = node.subscription::<M>(topic, qos)?;
+    let state = Arc::clone(state);
+    node.spawn(async move {
+        loop {
+            let message = subscription.recv().await;
+            take(&mut locked(&state), message, Instant::now());
+        }
+    });
+    Ok(())
+}
+
+// Every change under the lock is a whole message, so a panic elsewhere leaves it usable.
+fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,66 @@
+//! `rotary-sins monitor` beside the running nodes.
+#![allow(clippy::unwrap_used)]
+
+use std::time::Duration;
+
+use suite_tests::{Program, Scene, isolated, rotary_sins};
+
+/// Nothing runs: one line says what was listened to, and the status is not 0.
+#[test]
+fn silence_is_told() {
+    isolated(|| {
+        let answer = rotary_sins(&["monitor", "--once", "--timeout", "2"]);
+        assert_ne!(answer.status, 0);
+        answer.expect_words(&["nothing heard", "self_calibration/estimate"]);
+    });
+}
+
+/// A calibration that runs is shown with its phase, the scheme and nine sigmas; when the nodes end, the page says that data
+/// have stopped.
+#[test]
+fn a_running_calibration_is_shown() {
+    isolated(|| {
+        let mut scene = Scene::new("monitor");
+        scene.start(&Program::new("scheme_sequencer"));
+        let mut calibrator = scene.start_apart(&Program::new("self_calibrator"));
+        scene.start(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "20.0")
+                .parameter("speed", "100.0"),
+        );
+        // Standard output is a file: a page a second.
+        let mut pages =
+            scene.start_apart(&Program::new("rotary-sins").label("pages").arg("monitor"));
+        calibrator.wait_for_line("-> fine_alignment", Duration::from_secs(60));
+        let answer = rotary_sins(&["monitor", "--once"]).expect_status(0);
+        for words in [
+            "eight-position",
+            "step",
+            "position",
+            "misalignment U",
+            "gyro drift x",
+            "acc bias z",
+            "heading",
+            "NIS",
+            "Hz",
+        ] {
+            assert!(
+                answer.stdout.contains(words),
+                "no '{words}' in\n{}",
+                answer.stdout
+            );
+        }
+        assert!(
+            ["fine alignment", "calibrating"]
+                .iter()
+                .any(|p| answer.stdout.contains(p)),
+            "{}",
+            answer.stdout
+        );
+        scene.end();
+        calibrator.interrupt();
+        pages.wait_for_line("NO DATA for", Duration::from_secs(30));
+        pages.interrupt();
+        assert!(!pages.log().contains("panicked"));
+    });
+}
