@@ -175,7 +175,7 @@ fn scheme_lines(state: &State, now: Instant, look: Look, width: u16) -> Vec<Line
         bold(doing),
         Span::raw(format!(
             " for {:.0} s",
-            (s.elapsed - state.state_since_s).max(0.0)
+            (s.elapsed - state.place_since_s).max(0.0)
         )),
     ];
     first.extend(stale("scheme", heard.at, now, look));

@@ -28,8 +28,8 @@ pub struct Heard<M> {
 pub struct State {
     /// Newest of the sequencer.
     pub scheme: Option<Heard<SchemeStatus>>,
-    /// When the present state of the scheme began, by the scheme's own clock \[s\].
-    pub state_since_s: f64,
+    /// When the scheme came to its present place, by the scheme's own clock \[s\].
+    pub place_since_s: f64,
     /// Newest of the calibrator.
     pub estimate: Option<Heard<SelfCalibrationEstimate>>,
     /// Newest diagnostics by name.
@@ -50,7 +50,7 @@ impl State {
             .as_ref()
             .is_none_or(|before| place(&before.message) != place(&message));
         if is_new {
-            self.state_since_s = message.elapsed;
+            self.place_since_s = message.elapsed;
         }
         self.scheme = Some(Heard { message, at });
     }
