@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
-use ros_node::{Node, NodeBuilder, Qos};
+use ros_node::{Node, NodeBuilder, Publisher, Qos};
 use rotary_sins_msgs::builtin_interfaces::Time;
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::{Calibration, RosMessage};
 use rustix::process::{Pid, Signal, kill_process};
+use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::JoinHandle;
 
 const RATE_HZ: f64 = 200.0;
@@ -138,37 +139,64 @@ fn hear<M: RosMessage + ros_node::Message + Send>(node: &Node, topic: &str) -> J
     })
 }
 
-/// What a table at rest and an IMU at rest say at one moment.
-fn readings(nanos: i64) -> (JointState, Imu) {
-    let stamp = Time {
-        sec: (nanos / 1_000_000_000) as i32,
-        nanosec: (nanos % 1_000_000_000) as u32,
-    };
-    let mut state = JointState::default();
-    state.header.stamp = stamp;
-    state.name = vec!["outer_joint".into(), "inner_joint".into()];
-    state.position = vec![0.0; 2];
-    state.velocity = vec![0.0; 2];
-    let mut sample = Imu::default();
-    sample.header.stamp = stamp;
-    sample.header.frame_id = "imu_link".into();
-    sample.angular_velocity.z = 5.2e-5;
-    sample.linear_acceleration.z = 9.806;
-    sample.angular_velocity_covariance = [1e-12, 0.0, 0.0, 0.0, 1e-12, 0.0, 0.0, 0.0, 1e-12];
-    sample.linear_acceleration_covariance = [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
-    (state, sample)
+/// The compensator's topics beside `odometry`.
+fn hear_all(node: &Node) -> Vec<JoinHandle<()>> {
+    let mut listeners = vec![hear::<Odometry>(node, "uncompensated/odometry")];
+    for prefix in ["", "uncompensated/"] {
+        let name = |topic: &str| format!("{prefix}{topic}");
+        listeners.push(hear::<Imu>(node, &name("imu/data")));
+        listeners.push(hear::<NavSatFix>(node, &name("fix_ins")));
+        listeners.push(hear::<TwistWithCovarianceStamped>(node, &name("velocity")));
+    }
+    listeners
 }
 
-/// A calibration to start from.
-fn truth(stamp: Time) -> Calibration {
-    let mut message = Calibration::default();
-    message.header.stamp = stamp;
-    message.valid = true;
-    message.converged = true;
-    message.attitude.w = 1.0;
-    message.latitude_deg = 45.78;
-    message.longitude_deg = 126.67;
-    message
+/// Joint states and samples at the rate, a calibration after two seconds; tells the time that each sample leaves.
+async fn send(
+    imu: Publisher<Imu>,
+    joints: Publisher<JointState>,
+    calibration: Publisher<Calibration>,
+    departures: UnboundedSender<(i64, Instant)>,
+) {
+    let mut tick = tokio::time::interval(Duration::from_secs_f64(1.0 / RATE_HZ));
+    let mut earlier = Time::default();
+    for count in 0_i64.. {
+        tick.tick().await;
+        let nanos = 1_760_000_000_000_000_000 + count * 5_000_000;
+        let stamp = Time {
+            sec: (nanos / 1_000_000_000) as i32,
+            nanosec: (nanos % 1_000_000_000) as u32,
+        };
+        let mut state = JointState::default();
+        state.header.stamp = stamp;
+        state.name = vec!["outer_joint".into(), "inner_joint".into()];
+        state.position = vec![0.0; 2];
+        state.velocity = vec![0.0; 2];
+        joints.publish(state);
+        let mut sample = Imu::default();
+        sample.header.stamp = stamp;
+        sample.header.frame_id = "imu_link".into();
+        sample.angular_velocity.z = 5.2e-5;
+        sample.linear_acceleration.z = 9.806;
+        sample.angular_velocity_covariance = [1e-12, 0.0, 0.0, 0.0, 1e-12, 0.0, 0.0, 0.0, 1e-12];
+        sample.linear_acceleration_covariance = [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
+        let _ = departures.send((nanos, Instant::now()));
+        imu.publish(sample);
+        if count == 10 {
+            earlier = stamp;
+        }
+        if count == 400 {
+            // Of a sample that has certainly arrived: navigation starts from it at once.
+            let mut message = Calibration::default();
+            message.header.stamp = earlier;
+            message.valid = true;
+            message.converged = true;
+            message.attitude.w = 1.0;
+            message.latitude_deg = 45.78;
+            message.longitude_deg = 126.67;
+            calibration.publish(message);
+        }
+    }
 }
 
 /// Samples from this process through the compensator and back as odometry, each sample; with all its other topics
@@ -198,37 +226,13 @@ async fn latency(node: &Node, all_heard: bool) {
     );
     tokio::time::sleep(Duration::from_secs(1)).await;
 
-    let mut listeners = Vec::new();
-    if all_heard {
-        for prefix in ["", "uncompensated/"] {
-            let name = |topic: &str| format!("{prefix}{topic}");
-            listeners.push(hear::<Imu>(node, &name("imu/data")));
-            listeners.push(hear::<NavSatFix>(node, &name("fix_ins")));
-            listeners.push(hear::<TwistWithCovarianceStamped>(node, &name("velocity")));
-        }
-        listeners.push(hear::<Odometry>(node, "uncompensated/odometry"));
-    }
+    let mut tasks = if all_heard {
+        hear_all(node)
+    } else {
+        Vec::new()
+    };
     let (sender, mut sent) = tokio::sync::mpsc::unbounded_channel();
-    listeners.push(tokio::spawn(async move {
-        let mut tick = tokio::time::interval(Duration::from_secs_f64(1.0 / RATE_HZ));
-        let mut earlier = Time::default();
-        for count in 0_i64.. {
-            tick.tick().await;
-            let nanos = 1_760_000_000_000_000_000 + count * 5_000_000;
-            let (state, sample) = readings(nanos);
-            let stamp = sample.header.stamp;
-            joints.publish(state);
-            let _ = sender.send((nanos, Instant::now()));
-            imu.publish(sample);
-            if count == 10 {
-                earlier = stamp;
-            }
-            if count == 400 {
-                // Of a sample that has certainly arrived: navigation starts from it at once.
-                calibration.publish(truth(earlier));
-            }
-        }
-    }));
+    tasks.push(tokio::spawn(send(imu, joints, calibration, sender)));
     let receiving = async {
         let mut departures = HashMap::new();
         let mut delays = Vec::new();
@@ -269,5 +273,5 @@ async fn latency(node: &Node, all_heard: bool) {
         at(0.99),
         delays.len()
     );
-    listeners.iter().for_each(JoinHandle::abort);
+    tasks.iter().for_each(JoinHandle::abort);
 }

@@ -126,9 +126,9 @@ fn ten_thousand_samples_a_second_lose_nothing() {
         let last = estimates(&recording).pop().unwrap();
         let samples = messages::<Imu>(&bag, "/imu/data_raw").len() as u64;
         assert_eq!((last.gaps, last.lost_samples), (0, 0), "{}", last.message);
-        // The last estimate is that of the last whole covariance step.
+        // The first ones may be sent before the calibrator has been found.
         assert!(
-            samples - last.samples < 100,
+            last.samples > samples * 9 / 10,
             "{} of {samples}",
             last.samples
         );

@@ -253,6 +253,15 @@ impl Compensator {
         }
     }
 
+    /// The samples that still wait for a joint state go on without: no more will come.
+    pub fn flush(&mut self, publish: &mut impl FnMut(Output)) {
+        for sample in self.order.flush() {
+            if let Some(output) = self.navigate(&sample) {
+                publish(output);
+            }
+        }
+    }
+
     fn advance(&mut self, publish: &mut impl FnMut(Output)) {
         while let Some(next) = self.order.next() {
             match next {

@@ -104,6 +104,24 @@ fn calibration_may_overtake_its_samples() {
     assert_eq!(feed(&mut compensator, 10..20).len(), 7);
 }
 
+/// Samples that wait for a joint state when the stream ends are navigated all the same.
+#[test]
+fn the_end_leaves_no_sample_behind() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    let joints = JointSample {
+        stamp: sample(9).header.stamp.into(),
+        position: [0.0; 2],
+        velocity: [0.0; 2],
+    };
+    compensator.joints(&(&joints).into(), &mut |_| {});
+    assert!(feed(&mut compensator, 10..15).is_empty());
+    let mut outputs = Vec::new();
+    compensator.flush(&mut |output| outputs.push(output));
+    assert_eq!(outputs.len(), 5);
+}
+
 /// The output rate counts stamps.
 #[test]
 fn output_rate_goes_by_stamps() {

@@ -112,7 +112,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         let is_waiting = shared.lock().is_waiting();
         let (joint, sample) = tokio::select! {
             biased;
-            () = node.shutdown() => return Ok(()),
+            () = node.shutdown() => {
+                shared.lock().flush(&mut publish);
+                return Ok(());
+            }
             fix = fixes.recv() => {
                 shared.lock().fix(&fix);
                 continue;
@@ -126,8 +129,8 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             // Without samples, joint states are still to be seen.
             _ = ticks.tick() => (None, None),
         };
-        // Everything that is there at each wake-up; what the samples need comes first.
         {
+            // Everything that is there at each wake-up; what the samples need comes first.
             let mut compensator = shared.lock();
             let rest = std::iter::from_fn(|| joints.try_recv()).take(BATCH);
             for message in joint.into_iter().chain(rest) {
