@@ -247,13 +247,26 @@ pub fn spread_line(spread: &Spread) -> String {
     }
 }
 
-fn text(analysis: &Analysis, noise: Reading) -> String {
-    let global = &analysis.global;
+/// One line on the axes that the rotations turn about.
+pub fn rotations_line(global: &GlobalConditions) -> String {
     let horizontal = global
         .rotations
         .iter()
         .filter(|r| r.is_horizontal())
         .count();
+    format!(
+        "{horizontal} of {}; {}",
+        global.rotations.len(),
+        if global.has_two_horizontal_axes() {
+            "two horizontal axes alternate"
+        } else {
+            "no two horizontal axes"
+        }
+    )
+}
+
+fn text(analysis: &Analysis, noise: Reading) -> String {
+    let global = &analysis.global;
     let mut lines = vec![
         analysis.name.clone(),
         String::new(),
@@ -277,13 +290,8 @@ fn text(analysis: &Analysis, noise: Reading) -> String {
             spread_line(&global.accelerometers)
         ),
         format!(
-            "  rotations about a horizontal axis      {horizontal} of {}; {}",
-            global.rotations.len(),
-            if global.has_two_horizontal_axes() {
-                "two horizontal axes alternate"
-            } else {
-                "no two horizontal axes"
-            }
+            "  rotations about a horizontal axis      {}",
+            rotations_line(global)
         ),
         String::new(),
         table_of_rotations(analysis).to_string(),

@@ -15,7 +15,7 @@ use super::{
     summary::settled_h,
 };
 use crate::{
-    observability::{Analysis, dropped, significant, spread_line},
+    observability::{Analysis, dropped, rotations_line, significant, spread_line},
     scheme_options::Reading,
 };
 
@@ -409,11 +409,6 @@ fn drawn_voyage_table(campaign: &Campaign) -> Table {
 pub fn observability_section(page: &mut Page, level: u8, analysis: &Analysis) {
     page.section(level, capital(&analysis.name));
     let global = &analysis.global;
-    let horizontal = global
-        .rotations
-        .iter()
-        .filter(|r| r.is_horizontal())
-        .count();
     let positions: Vec<_> = global.positions.iter().map(|p| p.name.as_str()).collect();
     page.key_values([
         (
@@ -428,18 +423,7 @@ pub fn observability_section(page: &mut Page, level: u8, analysis: &Analysis) {
             "four centres out of one plane, accelerometers",
             spread_line(&global.accelerometers),
         ),
-        (
-            "rotations about a horizontal axis",
-            format!(
-                "{horizontal} of {}; {}",
-                global.rotations.len(),
-                if global.has_two_horizontal_axes() {
-                    "two horizontal axes alternate"
-                } else {
-                    "no two horizontal axes"
-                }
-            ),
-        ),
+        ("rotations about a horizontal axis", rotations_line(global)),
     ]);
     let mut ranks = Table::new(
         format!(
