@@ -1,7 +1,7 @@
 //! Every message type of this crate, by name, for tools that learn the type of a topic at run time.
 
 use crate::{
-    RosMessage, builtin_interfaces, diagnostic_msgs, geometry_msgs, interfaces, nav_msgs,
+    RosMessage, builtin_interfaces, diagnostic_msgs, geometry_msgs, interfaces, lifecycle_msgs, nav_msgs,
     rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
 
@@ -77,6 +77,10 @@ pub const KNOWN_TYPES: &[KnownType] = &[
     known::<rcl_interfaces::ParameterValue>(),
     known::<rcl_interfaces::Parameter>(),
     known::<rcl_interfaces::ParameterEvent>(),
+    known::<lifecycle_msgs::State>(),
+    known::<lifecycle_msgs::Transition>(),
+    known::<lifecycle_msgs::TransitionDescription>(),
+    known::<lifecycle_msgs::TransitionEvent>(),
     known::<interfaces::SchemeStatus>(),
     known::<interfaces::SelfCalibrationEstimate>(),
     known::<interfaces::Calibration>(),

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use rotary_sins_msgs::{
     Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrationEstimate,
-    builtin_interfaces, diagnostic_msgs, geometry_msgs, known_type, nav_msgs, rcl_interfaces,
+    builtin_interfaces, diagnostic_msgs, geometry_msgs, known_type, lifecycle_msgs, nav_msgs, rcl_interfaces,
     rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
 use serde::de::{Deserializer, Error as _, Visitor, value::Error};
@@ -95,6 +95,10 @@ fn fields_follow_the_definitions() {
         rcl_interfaces::ParameterValue,
         rcl_interfaces::Parameter,
         rcl_interfaces::ParameterEvent,
+        lifecycle_msgs::State,
+        lifecycle_msgs::Transition,
+        lifecycle_msgs::TransitionDescription,
+        lifecycle_msgs::TransitionEvent,
         SchemeStatus,
         SelfCalibrationEstimate,
         Calibration,

@@ -11,9 +11,14 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn main() -> ExitCode {
-    let builder = NodeBuilder::new("imu_simulator")
+fn builder() -> NodeBuilder {
+    NodeBuilder::new("imu_simulator")
         .about("simulates ship, turntable and IMU, and publishes what a driver would, with the truth beside it")
-        .parameters(parameters::declarations());
-    ros_node::run(builder, node::main)
+        .parameters(parameters::declarations())
+        .hardware("simulated IMU")
+        .managed()
+}
+
+fn main() -> ExitCode {
+    ros_node::run(builder(), node::main)
 }

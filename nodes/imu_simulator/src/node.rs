@@ -52,7 +52,7 @@ pub async fn main(node: Node) -> Result<()> {
     }
     node.set_ready();
     tokio::select! {
-        () = simulate(&mut simulator, &mut outputs, &mut trajectories, &settings, &progress) => {}
+        () = simulate(&node, &mut simulator, &mut outputs, &mut trajectories, &settings, &progress) => {}
         () = node.shutdown() => {}
     }
     Ok(())
@@ -88,12 +88,14 @@ async fn wait_for_all(
 }
 
 async fn simulate(
+    node: &Node,
     simulator: &mut Simulator,
     outputs: &mut Outputs,
     trajectories: &mut Subscription<JointTrajectory>,
     settings: &Settings,
     progress: &Progress,
 ) {
+    node.active().await;
     let begin = simulator.plant().now();
     let end = (settings.duration_s > 0.0)
         .then(|| begin.plus_nanos(seconds_to_nanos(settings.duration_s)));
@@ -106,6 +108,8 @@ async fn simulate(
         settings.speed
     );
     loop {
+        // Simulated time stands still while the node is not active; the pacer forgives it.
+        node.active().await;
         while let Some(message) = trajectories.try_recv() {
             command(simulator, &message, progress);
         }

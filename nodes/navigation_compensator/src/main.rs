@@ -12,9 +12,14 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn main() -> ExitCode {
-    let builder = NodeBuilder::new("navigation_compensator")
+fn builder() -> NodeBuilder {
+    NodeBuilder::new("navigation_compensator")
         .about("compensates the IMU by the calibration and navigates free-inertially, with and without it")
-        .parameters(parameters::declarations());
-    ros_node::run(builder, node::main)
+        .parameters(parameters::declarations())
+        .hardware("IMU")
+        .managed()
+}
+
+fn main() -> ExitCode {
+    ros_node::run(builder(), node::main)
 }

@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use crate::environment::Environment;
 use crate::error::{Error, Result};
+use crate::lifecycle::LIFECYCLE_AUTOSTART;
 use crate::names::{NodeIdentity, remap_node};
 use crate::node::Node;
-use crate::parameters::{Parameter, Parameters};
+use crate::parameters::{HARDWARE_ID, Parameter, Parameters};
 use crate::ros_args::RosArgs;
 
 /// Declares a node: its name, what it is for, its parameters.
@@ -17,6 +18,7 @@ pub struct NodeBuilder {
     parameters: Vec<Parameter>,
     arguments_usage: Option<String>,
     workers: usize,
+    managed: bool,
 }
 
 /// Everything that can be wrong before DDS comes in, checked.
@@ -27,6 +29,7 @@ pub(crate) struct Startup {
     pub(crate) ros_args: RosArgs,
     pub(crate) parameters: Parameters,
     pub(crate) environment: Environment,
+    pub(crate) managed: bool,
 }
 
 impl NodeBuilder {
@@ -38,6 +41,7 @@ impl NodeBuilder {
             parameters: Vec::new(),
             arguments_usage: None,
             workers: 0,
+            managed: false,
         }
     }
 
@@ -60,6 +64,31 @@ impl NodeBuilder {
     pub fn parameters(mut self, parameters: impl IntoIterator<Item = Parameter>) -> Self {
         self.parameters.extend(parameters);
         self
+    }
+
+    /// Names the device that the diagnostics speak of, as the default of the parameter `hardware_id`.
+    #[must_use]
+    pub fn hardware(self, default: &str) -> Self {
+        self.parameter(Parameter::new(HARDWARE_ID, default).describe(
+            "the device that the diagnostics speak of, for instance by its serial number",
+        ))
+    }
+
+    /// Makes a managed (lifecycle) node of it, see [`crate::LIFECYCLE_AUTOSTART`], which it declares.
+    #[must_use]
+    pub fn managed(mut self) -> Self {
+        self.managed = true;
+        self.parameter(Parameter::new(LIFECYCLE_AUTOSTART, true).describe(
+            "come up active; false: wait, unconfigured, for a lifecycle manager",
+        ))
+    }
+
+    /// Its parameters with their defaults.
+    ///
+    /// # Errors
+    /// None that a test of the node would not show: faulty declarations.
+    pub fn declared(&self) -> Result<Parameters> {
+        Parameters::defaults(self.parameters.clone())
     }
 
     /// Lets arguments outside `--ros-args` through to [`Node::arguments`]; without this they are errors.
@@ -116,6 +145,7 @@ impl NodeBuilder {
             ros_args,
             parameters,
             environment,
+            managed: self.managed,
         })
     }
 
@@ -126,7 +156,7 @@ impl NodeBuilder {
             "{}: {}\n\nUsage: {} {arguments}[--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] [--log-level LEVEL]]\n\nParameters:\n",
             self.name, self.about, self.name
         );
-        match Parameters::new(self.parameters.clone(), &[]) {
+        match self.declared() {
             Ok(parameters) => {
                 for parameter in parameters.declarations() {
                     writeln!(text, "{}", parameter.usage()).ok();

@@ -8,41 +8,77 @@ use tokio::sync::watch;
 
 use crate::subscription::Subscription;
 
-/// Tells the time, in nanoseconds since the epoch.
+/// Tells the time, in nanoseconds since the epoch. Clones are the same clock.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    // `None`: system time. Otherwise the newest time of /clock, zero before the first.
-    simulated: Option<Arc<watch::Sender<i64>>>,
+    source: Arc<watch::Sender<Source>>,
+}
+
+/// Where the time comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    System,
+    /// The newest time of `/clock`, zero before the first.
+    Simulated(i64),
 }
 
 impl Clock {
     pub(crate) fn new(use_sim_time: bool) -> Self {
-        Self {
-            simulated: use_sim_time.then(|| Arc::new(watch::Sender::new(0))),
-        }
+        let clock = Self {
+            source: Arc::new(watch::Sender::new(Source::System)),
+        };
+        clock.simulate(use_sim_time);
+        clock
+    }
+
+    /// Switches between system time and that of `/clock`.
+    pub(crate) fn simulate(&self, use_sim_time: bool) {
+        self.source
+            .send_if_modified(|source| match (*source, use_sim_time) {
+                (Source::System, true) => {
+                    *source = Source::Simulated(0);
+                    true
+                }
+                (Source::Simulated(_), false) => {
+                    *source = Source::System;
+                    true
+                }
+                _ => false,
+            });
     }
 
     /// Now, in nanoseconds. In simulated time this is zero until `/clock` has been heard.
     pub fn now_nanos(&self) -> i64 {
-        match &self.simulated {
-            Some(time) => *time.borrow(),
-            None => system_nanos(),
+        match *self.source.borrow() {
+            Source::Simulated(now) => now,
+            Source::System => system_nanos(),
         }
     }
 
     /// Whether the time is that of `/clock`.
     pub fn is_simulated(&self) -> bool {
-        self.simulated.is_some()
+        *self.source.borrow() != Source::System
     }
 
     /// Waits until it is `nanos`; at once where it is later already.
     pub async fn sleep_until(&self, nanos: i64) {
-        if let Some(time) = &self.simulated {
-            // The sender lives in `self`, so that waiting can only end by the time having come.
-            time.subscribe().wait_for(|now| *now >= nanos).await.ok();
-        } else {
-            let ahead = u64::try_from(nanos - system_nanos()).unwrap_or(0);
-            tokio::time::sleep(Duration::from_nanos(ahead)).await;
+        let mut source = self.source.subscribe();
+        loop {
+            let now = *source.borrow_and_update();
+            // The sender lives in `self`, so that the channel does not close while anybody waits.
+            match now {
+                Source::Simulated(now) if now >= nanos => return,
+                Source::Simulated(_) => {
+                    source.changed().await.ok();
+                }
+                Source::System => {
+                    let ahead = u64::try_from(nanos - system_nanos()).unwrap_or(0);
+                    tokio::select! {
+                        () = tokio::time::sleep(Duration::from_nanos(ahead)) => return,
+                        _ = source.changed() => {}
+                    }
+                }
+            }
         }
     }
 
@@ -55,22 +91,66 @@ impl Clock {
 
     /// Waits until there is a time: at once in system time, at the first `/clock` in simulated time.
     pub async fn wait_until_known(&self) {
-        if self.simulated.is_some() {
-            self.sleep_until(1).await;
+        self.sleep_until(1).await;
+    }
+
+    /// Takes a time of `/clock`; without effect in system time.
+    fn tick(&self, now: i64) {
+        let mut before = now;
+        self.source.send_if_modified(|source| match source {
+            Source::Simulated(time) => {
+                before = std::mem::replace(time, now);
+                true
+            }
+            Source::System => false,
+        });
+        if now < before {
+            tracing::warn!("/clock went back by {:.3} s", (before - now) as f64 * 1e-9);
         }
     }
 
-    /// Follows `/clock` until the task is stopped.
-    pub(crate) async fn follow(self, mut ticks: Subscription<rosgraph_msgs::Clock>) {
-        let Some(time) = &self.simulated else { return };
+    /// Follows the parameter `use_sim_time`, and `/clock` while it is on, until the task is stopped. `subscribe` makes
+    /// the subscription.
+    pub(crate) async fn follow(
+        self,
+        parameters: impl Fn() -> bool,
+        mut changes: watch::Receiver<u64>,
+        subscribe: impl Fn() -> Option<Subscription<rosgraph_msgs::Clock>>,
+    ) {
         loop {
-            let tick = ticks.recv().await.clock;
-            let now = i64::from(tick.sec) * 1_000_000_000 + i64::from(tick.nanosec);
-            let before = time.send_replace(now);
-            if now < before {
-                tracing::warn!("/clock went back by {:.3} s", (before - now) as f64 * 1e-9);
+            let use_sim_time = parameters();
+            if use_sim_time != self.is_simulated() {
+                tracing::info!(
+                    "use_sim_time: the time is now {}",
+                    if use_sim_time { "that of /clock" } else { "the system's" }
+                );
+            }
+            self.simulate(use_sim_time);
+            let mut ticks = if use_sim_time { subscribe() } else { None };
+            loop {
+                tokio::select! {
+                    tick = next(&mut ticks) => {
+                        self.tick(i64::from(tick.clock.sec) * 1_000_000_000 + i64::from(tick.clock.nanosec));
+                    }
+                    changed = changes.changed() => {
+                        if changed.is_err() {
+                            return;
+                        }
+                        if parameters() != use_sim_time {
+                            break;
+                        }
+                    }
+                }
             }
         }
+    }
+}
+
+/// The next tick; never, without a subscription.
+async fn next(ticks: &mut Option<Subscription<rosgraph_msgs::Clock>>) -> rosgraph_msgs::Clock {
+    match ticks {
+        Some(ticks) => ticks.recv().await,
+        None => std::future::pending().await,
     }
 }
 
@@ -101,8 +181,25 @@ mod tests {
         });
         for now in [500, 1500] {
             tokio::task::yield_now().await;
-            clock.simulated.as_ref().unwrap().send_replace(now);
+            clock.tick(now);
         }
         assert_eq!(sleeper.await.unwrap(), 1500);
+    }
+
+    /// Switching the source wakes sleepers, which then go by the new one.
+    #[tokio::test]
+    async fn sleepers_survive_a_switch() {
+        let clock = Clock::new(true);
+        let sleeper = tokio::spawn({
+            let clock = clock.clone();
+            async move { clock.sleep_until(1000).await }
+        });
+        tokio::task::yield_now().await;
+        assert!(!sleeper.is_finished());
+        clock.simulate(false);
+        assert!(!clock.is_simulated() && clock.now_nanos() > 1000);
+        sleeper.await.unwrap();
+        clock.simulate(true);
+        assert_eq!(clock.now_nanos(), 0);
     }
 }

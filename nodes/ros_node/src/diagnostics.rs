@@ -9,6 +9,7 @@ use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyVa
 use rotary_sins_msgs::std_msgs::Header;
 
 use crate::clock::Clock;
+use crate::lifecycle::Gate;
 use crate::publisher::Publisher;
 use crate::stream_monitor::StreamMonitor;
 
@@ -118,6 +119,8 @@ struct Task {
     name: String,
     check: Check,
     last: Option<Level>,
+    /// Asked whether the node is active or not, and kept when its main function is dropped.
+    built_in: bool,
 }
 
 /// The tasks of a node. Clones share them.
@@ -143,11 +146,30 @@ impl fmt::Debug for Diagnostics {
 impl Diagnostics {
     /// Adds a task; it is asked once a second, so it must not block.
     pub fn add(&self, name: &str, check: impl FnMut() -> Report + Send + 'static) {
+        self.push(name, check, false);
+    }
+
+    /// Adds a task of the node itself, which also reports while the node is not active.
+    pub(crate) fn add_built_in(
+        &self,
+        name: &str,
+        check: impl FnMut() -> Report + Send + 'static,
+    ) {
+        self.push(name, check, true);
+    }
+
+    fn push(&self, name: &str, check: impl FnMut() -> Report + Send + 'static, built_in: bool) {
         self.lock().tasks.push(Task {
             name: name.to_owned(),
             check: Box::new(check),
             last: None,
+            built_in,
         });
+    }
+
+    /// Drops the tasks that the main function added.
+    pub(crate) fn clear(&self) {
+        self.lock().tasks.retain(|task| task.built_in);
     }
 
     /// Names the device that all tasks speak of.
@@ -156,11 +178,15 @@ impl Diagnostics {
     }
 
     /// Asks every task; a change of its level is logged, once.
-    pub(crate) fn check(&self, node: &str) -> Vec<DiagnosticStatus> {
+    pub(crate) fn check(&self, node: &str, active: bool) -> Vec<DiagnosticStatus> {
         let mut shared = self.lock();
         let hardware_id = shared.hardware_id.clone();
         let statuses = shared.tasks.iter_mut().map(|task| {
-            let report = (task.check)();
+            let report = if active || task.built_in {
+                (task.check)()
+            } else {
+                Report::ok("inactive")
+            };
             task.log_change(&report);
             task.last = Some(report.level);
             DiagnosticStatus {
@@ -183,6 +209,7 @@ impl Diagnostics {
         self,
         node: String,
         clock: Clock,
+        gate: Gate,
         publisher: Publisher<DiagnosticArray>,
     ) {
         let mut period = tokio::time::interval(PERIOD);
@@ -201,7 +228,7 @@ impl Diagnostics {
             };
             publisher.publish(DiagnosticArray {
                 header,
-                status: self.check(&node),
+                status: self.check(&node, gate.is_open()),
             });
         }
     }
@@ -241,7 +268,7 @@ mod tests {
                 .with("gaps", 3)
                 .worsened(Level::Warn, "3 gaps")
         });
-        let status = &diagnostics.check("calibrator")[0];
+        let status = &diagnostics.check("calibrator", true)[0];
         assert_eq!(
             (status.name.as_str(), status.level),
             ("calibrator: imu stream", DiagnosticStatus::WARN)
@@ -257,6 +284,22 @@ mod tests {
             ),
             ("gaps", "3")
         );
+    }
+
+    /// While the node is inactive nobody's silence is a fault; built-in tasks report all the same.
+    #[test]
+    fn inactive_nodes_report_no_faults() {
+        let diagnostics = Diagnostics::default();
+        diagnostics.add("imu stream", || Report::error("silent"));
+        diagnostics.add_built_in("topics", || Report::warn("lost"));
+        let told = |active| {
+            let statuses = diagnostics.check("n", active);
+            statuses.into_iter().map(|s| s.message).collect::<Vec<_>>()
+        };
+        assert_eq!(told(true), ["silent", "lost"]);
+        assert_eq!(told(false), ["inactive", "lost"]);
+        diagnostics.clear();
+        assert_eq!(told(true), ["lost"]);
     }
 
     /// What is only a warning does not hide an error.

@@ -1,13 +1,13 @@
 //! The node: everything that an executable needs of ROS, by one handle.
 
 use std::future::Future;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
 use rotary_sins_msgs::RosMessage;
 use rustdds::{DomainParticipant, Topic};
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use crate::builder::Startup;
@@ -15,9 +15,11 @@ use crate::clock::Clock;
 use crate::diagnostics::{Diagnostics, Level, Report};
 use crate::error::{Error, Result};
 use crate::graph::Graph;
+use crate::lifecycle::{Gate, Lifecycle};
 use crate::names::{NameKind, NodeIdentity, RemapRule, resolve};
-use crate::parameters::{FromValue, Parameters, USE_SIM_TIME};
+use crate::parameters::{FromValue, HARDWARE_ID, Parameters, USE_SIM_TIME};
 use crate::publisher::{Publisher, PublisherStatistics};
+use crate::qos_overrides::{End, overridden};
 use crate::qos::Qos;
 use crate::shutdown::Shutdown;
 use crate::subscription::{Subscription, SubscriptionStatistics};
@@ -39,11 +41,23 @@ struct Shared {
     clock: Clock,
     diagnostics: Diagnostics,
     shutdown: Shutdown,
-    ready: AtomicBool,
+    lifecycle: Lifecycle,
+    ready: watch::Sender<bool>,
     endpoints: Mutex<Endpoints>,
-    tasks: Mutex<Vec<JoinHandle<()>>>,
+    tasks: Mutex<Tasks>,
     // Dropped last: endpoints that outlive their participant complain.
     participant: DomainParticipant,
+}
+
+/// Tasks that end with the node.
+#[derive(Default)]
+struct Tasks {
+    /// Those of the node itself.
+    built_in: Vec<JoinHandle<()>>,
+    /// Those of its main function.
+    main: Vec<JoinHandle<()>>,
+    /// The main function has the word.
+    started: bool,
 }
 
 /// What the diagnostics watch.
@@ -71,6 +85,7 @@ impl Node {
             ros_args,
             parameters,
             environment,
+            managed,
         } = startup;
         let creating = |what: String| {
             move |error: &dyn std::fmt::Display| Error::Create {
@@ -103,21 +118,45 @@ impl Node {
                 clock: clock.clone(),
                 diagnostics: Diagnostics::default(),
                 shutdown: Shutdown::default(),
-                ready: AtomicBool::new(false),
+                lifecycle: Lifecycle::new(),
+                ready: watch::Sender::new(false),
                 endpoints: Mutex::default(),
                 tasks: Mutex::default(),
             }),
         };
         node.spawn(Arc::clone(&node.shared.graph).follow(participant));
-        if clock.is_simulated() {
-            node.spawn(clock.follow(node.subscription("/clock", Qos::best_effort(1))?));
-        }
         if ros_args.rosout {
             node.start_rosout()?;
         }
         crate::parameters::serve(&node)?;
-        node.start_diagnostics()?;
+        node.follow_clock();
+        crate::type_description::serve(&node)?;
+        if managed {
+            crate::lifecycle::serve(&node)?;
+        }
+        node.start_diagnostics(managed)?;
+        node.tasks().started = true;
         Ok(node)
+    }
+
+    fn follow_clock(&self) {
+        let weak = |shared: &Arc<Shared>| {
+            let shared = Arc::downgrade(shared);
+            // The task must not keep the node alive.
+            move || Some(Self { shared: shared.upgrade()? })
+        };
+        let (of_parameter, of_topic) = (weak(&self.shared), weak(&self.shared));
+        let use_sim_time =
+            move || of_parameter().is_some_and(|node| node.parameter(USE_SIM_TIME).unwrap_or(false));
+        let subscribe = move || {
+            let subscription =
+                of_topic()?.ungated_subscription("/clock", Qos::best_effort(1));
+            subscription
+                .inspect_err(|error| tracing::error!("{error}"))
+                .ok()
+        };
+        let changes = self.parameters().changes();
+        self.spawn(self.clock().clone().follow(use_sim_time, changes, subscribe));
     }
 
     fn start_rosout(&self) -> Result<()> {
@@ -128,7 +167,7 @@ impl Node {
             lifespan: Some(Duration::from_secs(10)),
             ..Qos::latched(1000)
         };
-        let publisher = self.publisher("/rosout", qos)?;
+        let publisher = self.ungated_publisher("/rosout", qos)?;
         self.spawn(async move {
             while let Some(line) = lines.recv().await {
                 publisher.publish(line);
@@ -137,11 +176,26 @@ impl Node {
         Ok(())
     }
 
-    fn start_diagnostics(&self) -> Result<()> {
-        let publisher = self.publisher("/diagnostics", Qos::reliable(10))?;
-        // The task must not keep the node alive, so it holds a weak handle.
+    fn start_diagnostics(&self, managed: bool) -> Result<()> {
+        let publisher = self.ungated_publisher("/diagnostics", Qos::reliable(10))?;
+        if let Ok(hardware_id) = self.parameter::<String>(HARDWARE_ID) {
+            self.diagnostics().set_hardware_id(&hardware_id);
+        }
+        // The tasks must not keep the node alive, so they hold weak handles.
+        if managed {
+            let shared = Arc::downgrade(&self.shared);
+            self.shared.diagnostics.add_built_in("lifecycle", move || {
+                shared.upgrade().map_or_else(
+                    || Report::stale("the node has ended"),
+                    |shared| {
+                        let state = shared.lifecycle.label();
+                        Report::ok(&state).with("state", state)
+                    },
+                )
+            });
+        }
         let shared = Arc::downgrade(&self.shared);
-        self.shared.diagnostics.add("topics", move || {
+        self.shared.diagnostics.add_built_in("topics", move || {
             shared.upgrade().map_or_else(
                 || Report::stale("the node has ended"),
                 |shared| shared.topics_report(),
@@ -151,6 +205,7 @@ impl Node {
         self.spawn(diagnostics.run(
             self.shared.identity.name.clone(),
             self.shared.clock.clone(),
+            self.gate().clone(),
             publisher,
         ));
         Ok(())
@@ -235,7 +290,16 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>> {
-        self.publisher_of(topic, M::TYPE_NAME, qos)
+        self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
+    }
+
+    /// As [`Self::publisher`], also while the node is not active.
+    pub(crate) fn ungated_publisher<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Publisher<M>> {
+        self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened())
     }
 
     /// A subscription of messages of type `M`.
@@ -247,7 +311,16 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Subscription<M>> {
-        self.subscription_of(topic, M::TYPE_NAME, qos)
+        self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
+    }
+
+    /// As [`Self::subscription`], also while the node is not active.
+    pub(crate) fn ungated_subscription<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Subscription<M>> {
+        self.subscription_of(topic, M::TYPE_NAME, qos, &Gate::opened())
     }
 
     pub(crate) fn publisher_of<M: Message>(
@@ -255,8 +328,9 @@ impl Node {
         topic: &str,
         type_name: &str,
         qos: Qos,
+        gate: &Gate,
     ) -> Result<Publisher<M>> {
-        let (topic, dds_topic) = self.topic(topic, type_name, qos)?;
+        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Publisher)?;
         let writer = self
             .ros()
             .create_publisher(&dds_topic, Some(qos.profile()))
@@ -264,7 +338,8 @@ impl Node {
                 what: format!("a publisher of {topic}"),
                 reason: error.to_string(),
             })?;
-        let publisher = Publisher::new(writer, &topic, Arc::clone(&self.shared.graph));
+        let graph = Arc::clone(&self.shared.graph);
+        let publisher = Publisher::new(writer, &topic, graph, gate.clone());
         self.endpoints()
             .publishers
             .push(Arc::downgrade(&publisher.statistics()));
@@ -276,8 +351,9 @@ impl Node {
         topic: &str,
         type_name: &str,
         qos: Qos,
+        gate: &Gate,
     ) -> Result<Subscription<M>> {
-        let (topic, dds_topic) = self.topic(topic, type_name, qos)?;
+        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Subscription)?;
         let reader = self
             .ros()
             .create_subscription(&dds_topic, Some(qos.profile()))
@@ -293,6 +369,7 @@ impl Node {
             &topic,
             qos,
             Arc::clone(&self.shared.graph),
+            gate.clone(),
         );
         self.endpoints()
             .subscriptions
@@ -300,8 +377,16 @@ impl Node {
         Ok(subscription)
     }
 
-    fn topic(&self, topic: &str, type_name: &str, qos: Qos) -> Result<(String, Topic)> {
+    /// Absolute name, quality of service with its overrides, and the topic itself.
+    fn topic(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+        end: End,
+    ) -> Result<(String, Qos, Topic)> {
         let topic = self.resolve_topic(topic)?;
+        let qos = overridden(self.parameters(), &topic, end, qos)?;
         let failed = |reason: String| Error::Create {
             what: format!("topic {topic}"),
             reason,
@@ -312,16 +397,17 @@ impl Node {
             .ros()
             .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
             .map_err(|error| failed(error.to_string()))?;
-        Ok((topic, dds_topic))
+        Ok((topic, qos, dds_topic))
     }
 
-    /// Runs a task until it is done or the node ends, which stops it at its next await.
+    /// Runs a task until it is done or the node ends (a managed one: is cleaned up), which stops it at its next await.
     pub fn spawn(&self, task: impl Future<Output = ()> + Send + 'static) {
-        let mut tasks = self
-            .shared
-            .tasks
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut tasks = self.tasks();
+        let tasks = if tasks.started {
+            &mut tasks.main
+        } else {
+            &mut tasks.built_in
+        };
         tasks.retain(|task| !task.is_finished());
         tasks.push(tokio::spawn(task));
     }
@@ -342,13 +428,48 @@ impl Node {
     }
 
     /// Says that the start is over: what fails from now on is a failure at work (exit status 1 of [`crate::run`]),
-    /// no longer unusable input (exit status 2).
+    /// no longer unusable input (exit status 2). Of a managed node this is the end of `configure`.
     pub fn set_ready(&self) {
-        self.shared.ready.store(true, Ordering::Relaxed);
+        for error in self.parameters().undeclared() {
+            tracing::error!("{error}");
+        }
+        self.shared.ready.send_replace(true);
     }
 
     pub(crate) fn is_ready(&self) -> bool {
-        self.shared.ready.load(Ordering::Relaxed)
+        *self.shared.ready.borrow()
+    }
+
+    pub(crate) async fn ready(&self) {
+        let mut ready = self.shared.ready.subscribe();
+        // The sender lives in `self`, so that waiting can only end by its being ready.
+        ready.wait_for(|ready| *ready).await.ok();
+    }
+
+    /// Waits until the node is active; at once in one that is not managed.
+    pub async fn active(&self) {
+        self.gate().opens().await;
+    }
+
+    /// Whether the node is active; always, in one that is not managed.
+    pub fn is_active(&self) -> bool {
+        self.gate().is_open()
+    }
+
+    pub(crate) fn lifecycle(&self) -> &Lifecycle {
+        &self.shared.lifecycle
+    }
+
+    pub(crate) fn gate(&self) -> &Gate {
+        self.shared.lifecycle.gate()
+    }
+
+    /// Drops what the main function has left behind: its tasks, with the endpoints they hold, and its diagnostics.
+    pub(crate) async fn clean_up(&self) {
+        self.shared.ready.send_replace(false);
+        let tasks = std::mem::take(&mut self.tasks().main);
+        end(tasks).await;
+        self.diagnostics().clear();
     }
 
     pub(crate) fn graph(&self) -> Arc<Graph> {
@@ -365,18 +486,17 @@ impl Node {
 
     /// Stops the node's tasks, so that their endpoints leave the graph.
     pub(crate) async fn stop_tasks(&self) {
-        let tasks = std::mem::take(
-            &mut *self
-                .shared
-                .tasks
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner),
-        );
-        tasks.iter().for_each(JoinHandle::abort);
-        for task in tasks {
-            // Cancelled is what was asked for; a panic has been told by the panic hook.
-            task.await.ok();
-        }
+        let tasks = std::mem::take(&mut *self.tasks());
+        end(tasks.main).await;
+        end(tasks.built_in).await;
+    }
+
+    // Lists are changed in single steps, so a panic elsewhere leaves them whole.
+    fn tasks(&self) -> MutexGuard<'_, Tasks> {
+        self.shared
+            .tasks
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     // Creating an endpoint that panics leaves the node of ros2-client usable.
@@ -392,6 +512,15 @@ impl Node {
             .endpoints
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Stops tasks and waits until they are gone.
+async fn end(tasks: Vec<JoinHandle<()>>) {
+    tasks.iter().for_each(JoinHandle::abort);
+    for task in tasks {
+        // Cancelled is what was asked for; a panic has been told by the panic hook.
+        task.await.ok();
     }
 }
 

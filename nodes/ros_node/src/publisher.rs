@@ -9,6 +9,7 @@ use ros2_client::Message;
 use rustdds::GUID;
 
 use crate::graph::Graph;
+use crate::lifecycle::Gate;
 
 /// Publishes messages of one type on one topic. Clones share the same writer.
 ///
@@ -32,6 +33,9 @@ struct Shared<M: Message> {
     writer: ros2_client::Publisher<M>,
     guid: GUID,
     graph: Arc<Graph>,
+    gate: Gate,
+    // Told once while the gate is closed.
+    told_inactive: AtomicBool,
     statistics: Arc<PublisherStatistics>,
 }
 
@@ -76,7 +80,12 @@ impl PublisherStatistics {
 }
 
 impl<M: Message> Publisher<M> {
-    pub(crate) fn new(writer: ros2_client::Publisher<M>, topic: &str, graph: Arc<Graph>) -> Self {
+    pub(crate) fn new(
+        writer: ros2_client::Publisher<M>,
+        topic: &str,
+        graph: Arc<Graph>,
+        gate: Gate,
+    ) -> Self {
         let guid = writer.guid();
         graph.register(guid, topic, None);
         let statistics = Arc::new(PublisherStatistics {
@@ -88,13 +97,19 @@ impl<M: Message> Publisher<M> {
                 writer,
                 guid,
                 graph,
+                gate,
+                told_inactive: AtomicBool::new(false),
                 statistics,
             }),
         }
     }
 
-    /// Hands the message over without waiting; `false` where it was dropped, which is counted and logged here.
+    /// Hands the message over without waiting; `false` where it was dropped, which is counted and logged here. A node
+    /// that is not active publishes nothing.
     pub fn publish(&self, message: M) -> bool {
+        if !self.is_active() {
+            return false;
+        }
         // The first poll either puts the sample into the window or finds it full; nothing is left behind.
         let outcome = self.shared.writer.async_publish(message).now_or_never();
         self.account(outcome.map(|result| result.map_err(|error| error.to_string())))
@@ -102,6 +117,9 @@ impl<M: Message> Publisher<M> {
 
     /// Waits up to `timeout` for room in the window; `false` where the message was dropped all the same.
     pub async fn publish_within(&self, message: M, timeout: Duration) -> bool {
+        if !self.is_active() {
+            return false;
+        }
         let outcome =
             tokio::time::timeout(timeout, self.shared.writer.async_publish(message)).await;
         self.account(
@@ -109,6 +127,18 @@ impl<M: Message> Publisher<M> {
                 .ok()
                 .map(|result| result.map_err(|error| error.to_string())),
         )
+    }
+
+    /// Whether the node is active; where it is not, the first message kept back is told.
+    fn is_active(&self) -> bool {
+        let active = self.shared.gate.is_open();
+        let told = &self.shared.told_inactive;
+        if active {
+            told.store(false, Ordering::Relaxed);
+        } else if !told.swap(true, Ordering::Relaxed) {
+            tracing::debug!("{}: nothing is published while the node is not active", self.topic());
+        }
+        active
     }
 
     fn account(&self, outcome: Option<Result<(), String>>) -> bool {
@@ -141,7 +171,7 @@ impl<M: Message> Publisher<M> {
     /// topics: nobody who comes later would get it, and making and serializing it and waking the middleware costs as
     /// much as sending it.
     pub fn publish_if_heard(&self, make: impl FnOnce() -> M) {
-        if self.subscriber_count() > 0 {
+        if self.subscriber_count() > 0 && self.is_active() {
             self.publish(make());
         }
     }

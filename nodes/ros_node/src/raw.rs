@@ -112,7 +112,7 @@ impl Node {
         type_name: &str,
         qos: Qos,
     ) -> Result<Publisher<Payload>> {
-        self.publisher_of(topic, type_name, qos)
+        self.publisher_of(topic, type_name, qos, self.gate())
     }
 
     /// A subscription of payloads of a type that is known by its name, `package/msg/Name`.
@@ -125,7 +125,7 @@ impl Node {
         type_name: &str,
         qos: Qos,
     ) -> Result<Subscription<Payload>> {
-        self.subscription_of(topic, type_name, qos)
+        self.subscription_of(topic, type_name, qos, self.gate())
     }
 }
 

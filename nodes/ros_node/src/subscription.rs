@@ -12,6 +12,7 @@ use ros2_client::{Gid, Message, MessageInfo};
 use rustdds::{GUID, Topic};
 
 use crate::graph::{Fallback, Graph};
+use crate::lifecycle::Gate;
 use crate::qos::Qos;
 
 /// Receives messages of one type from one topic; also a [`Stream`] of them that never ends.
@@ -21,6 +22,8 @@ use crate::qos::Qos;
 /// So a subscription made with a reliable [`Qos`] asks for reliability, and only when a best-effort publisher shows
 /// up, it makes a second, best-effort reader, from which it takes the samples of just such publishers. Nothing is
 /// lost from reliable publishers, nothing comes twice.
+///
+/// While a managed node is not active, messages wait in the reader's cache, which keeps the newest ones.
 pub struct Subscription<M: Message + 'static> {
     reader: ros2_client::Subscription<M>,
     best_effort: Option<ros2_client::Subscription<M>>,
@@ -29,6 +32,8 @@ pub struct Subscription<M: Message + 'static> {
     dds_topic: Topic,
     depth: usize,
     graph: Arc<Graph>,
+    gate: Gate,
+    was_closed: bool,
     last_sequence_numbers: BTreeMap<Gid, i64>,
     statistics: Arc<SubscriptionStatistics>,
 }
@@ -90,6 +95,7 @@ impl<M: Message + 'static> Subscription<M> {
         topic: &str,
         qos: Qos,
         graph: Arc<Graph>,
+        gate: Gate,
     ) -> Self {
         let fallback = Arc::new(Fallback::default());
         graph.register(
@@ -105,6 +111,8 @@ impl<M: Message + 'static> Subscription<M> {
             dds_topic,
             depth: qos.depth,
             graph,
+            gate,
+            was_closed: false,
             last_sequence_numbers: BTreeMap::new(),
             statistics: Arc::new(SubscriptionStatistics {
                 topic: topic.to_owned(),
@@ -136,6 +144,14 @@ impl<M: Message + 'static> Subscription<M> {
     }
 
     fn poll_recv(&mut self, context: &mut Context<'_>) -> Poll<M> {
+        if self.gate.poll_open(context).is_pending() {
+            self.was_closed = true;
+            return Poll::Pending;
+        }
+        if std::mem::take(&mut self.was_closed) {
+            // What the cache could not hold meanwhile was not lost on the way.
+            self.last_sequence_numbers.clear();
+        }
         self.fallback.waker.register(context.waker());
         loop {
             let Poll::Ready(taken) = poll_reader(&self.reader, context) else {

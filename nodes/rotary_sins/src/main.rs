@@ -99,9 +99,9 @@ fn main() -> ExitCode {
 
 fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<ExitCode> {
     let outcome = match command {
-        Command::Record(options) => return Ok(record::run(options, ros_arguments)),
-        Command::Play(options) => return play::run(options, ros_arguments),
-        Command::Monitor(options) => return Ok(monitor::run(options, ros_arguments)),
+        Command::Record(options) => return Ok(record::run(&options, ros_arguments)),
+        Command::Play(options) => return play::run(&options, ros_arguments),
+        Command::Monitor(options) => return Ok(monitor::run(&options, ros_arguments)),
         _ if !ros_arguments.is_empty() => {
             anyhow::bail!("--ros-args is for record, play and monitor")
         }

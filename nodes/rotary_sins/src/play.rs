@@ -109,7 +109,7 @@ pub struct Options {
 }
 
 /// Plays until the end of the bag. `ros_arguments` are those behind `--ros-args`, with it.
-pub fn run(options: Options, ros_arguments: Vec<String>) -> anyhow::Result<ExitCode> {
+pub fn run(options: &Options, ros_arguments: Vec<String>) -> anyhow::Result<ExitCode> {
     for (name, value) in [
         ("--start-offset", options.start_offset),
         ("--duration", options.duration),
@@ -131,10 +131,11 @@ pub fn run(options: Options, ros_arguments: Vec<String>) -> anyhow::Result<ExitC
     Ok(ros_node::run_with(
         ros_arguments,
         builder,
-        |node| async move {
+        |node| async {
+            let node = node;
             // The end of the process is asked for at any time and waits for nothing here.
             tokio::select! {
-                result = play(&node, &bag, &options) => result,
+                result = play(&node, &bag, options) => result,
                 () = node.shutdown() => Ok(()),
             }
         },

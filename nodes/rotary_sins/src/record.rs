@@ -28,7 +28,7 @@ const QUEUE: usize = 256;
 const SAME_CLOCK: i64 = 600_000_000_000;
 
 /// Options of `record`.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct Options {
     /// Topics; none means all
     topics: Vec<String>,
@@ -77,7 +77,7 @@ enum LogTime {
 }
 
 /// Records until it is told to end. `ros_arguments` are those behind `--ros-args`, with it.
-pub fn run(options: Options, ros_arguments: Vec<String>) -> ExitCode {
+pub fn run(options: &Options, ros_arguments: Vec<String>) -> ExitCode {
     let mut arguments = ros_arguments;
     if options.use_sim_time {
         arguments.extend(["--ros-args", "-p", "use_sim_time:=true"].map(str::to_owned));
@@ -86,7 +86,7 @@ pub fn run(options: Options, ros_arguments: Vec<String>) -> ExitCode {
     let builder = NodeBuilder::new("rotary_sins_recorder")
         .about("records topics into a bag")
         .worker_threads(2);
-    ros_node::run_with(arguments, builder, |node| record(node, options))
+    ros_node::run_with(arguments, builder, |node| record(node, options.clone()))
 }
 
 async fn record(node: Node, options: Options) -> anyhow::Result<()> {

@@ -8,9 +8,14 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn main() -> ExitCode {
-    let builder = NodeBuilder::new("scheme_sequencer")
+fn builder() -> NodeBuilder {
+    NodeBuilder::new("scheme_sequencer")
         .about("turns the table through a rotation scheme and says where it stands")
-        .parameters(parameters::declarations());
-    ros_node::run(builder, node::main)
+        .parameters(parameters::declarations())
+        .hardware("turntable")
+        .managed()
+}
+
+fn main() -> ExitCode {
+    ros_node::run(builder(), node::main)
 }

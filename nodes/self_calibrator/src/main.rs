@@ -12,9 +12,14 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn main() -> ExitCode {
-    let builder = NodeBuilder::new("self_calibrator")
+fn builder() -> NodeBuilder {
+    NodeBuilder::new("self_calibrator")
         .about("estimates gyroscope drift and accelerometer bias while the turntable turns the IMU")
-        .parameters(parameters::declarations());
-    ros_node::run(builder, node::main)
+        .parameters(parameters::declarations())
+        .hardware("IMU")
+        .managed()
+}
+
+fn main() -> ExitCode {
+    ros_node::run(builder(), node::main)
 }

@@ -142,8 +142,9 @@ mod tests {
             .map(|(key, _)| key)
             .filter(|key| !key.starts_with('#'))
             .collect();
-        let parameters = Parameters::defaults(declarations()).unwrap();
-        let mut declared: Vec<_> = parameters.declarations().map(Parameter::name).collect();
+        let parameters = crate::builder().declared().unwrap();
+        let declarations = parameters.declarations();
+        let mut declared: Vec<_> = declarations.iter().map(Parameter::name).collect();
         given.sort_unstable();
         declared.sort_unstable();
         assert_eq!(given, declared);

@@ -10,3 +10,4 @@ pub use store::{Parameters, USE_SIM_TIME};
 pub use value::{FromValue, ParameterType, Value};
 
 pub(crate) use services::serve;
+pub(crate) use store::{HARDWARE_ID, QOS_OVERRIDES};

@@ -19,7 +19,7 @@ use super::value::{Value, not_set};
 /// [`crate::Error::Create`].
 pub(crate) fn serve(node: &Node) -> Result<()> {
     let events =
-        node.publisher::<msgs::ParameterEvent>("/parameter_events", Qos::reliable(1000))?;
+        node.ungated_publisher::<msgs::ParameterEvent>("/parameter_events", Qos::reliable(1000))?;
     let of = |name: &str| format!("~/{name}");
     let kind = |name: &str| format!("rcl_interfaces/srv/{name}");
 
@@ -81,6 +81,7 @@ pub(crate) fn serve(node: &Node) -> Result<()> {
 
     let declared = node.parameters().declarations();
     let all = declared
+        .iter()
         .filter_map(|p| Some((p.name().to_owned(), node.parameters().value(p.name())?)))
         .collect();
     events.publish(event(node, all, Vec::new()));
@@ -100,9 +101,7 @@ fn get(parameters: &Parameters, names: &[String]) -> Vec<raw::ParameterValue> {
 
 fn describe(parameters: &Parameters, names: &[String]) -> Vec<raw::ParameterDescriptor> {
     let known = names.iter().filter_map(|name| parameters.declaration(name));
-    known
-        .map(super::declaration::Parameter::descriptor)
-        .collect()
+    known.map(|parameter| parameter.descriptor()).collect()
 }
 
 /// Names under the prefixes, at most `depth` parts deep; depth 0 is without limit.
@@ -122,6 +121,7 @@ fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> rcl::ListPa
     };
     let names: Vec<String> = parameters
         .declarations()
+        .iter()
         .map(|p| p.name().to_owned())
         .filter(|name| wanted(name))
         .collect();

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use tokio::sync::watch;
+
 use crate::error::{Error, Result};
 use crate::ros_args::Override;
 
@@ -12,11 +14,26 @@ use super::value::{FromValue, Value};
 /// Name of the standard parameter that makes a node live in the time of `/clock`.
 pub const USE_SIM_TIME: &str = "use_sim_time";
 
+/// Name of the parameter that names the device a node's diagnostics speak of.
+pub(crate) const HARDWARE_ID: &str = "hardware_id";
+
+/// Parameters of this prefix are declared with the endpoint they belong to.
+pub(crate) const QOS_OVERRIDES: &str = "qos_overrides.";
+
 /// All parameters of a node.
 #[derive(Debug)]
 pub struct Parameters {
+    store: Mutex<Store>,
+    // Counts the sets, so that one can wait for them.
+    sets: watch::Sender<u64>,
+}
+
+#[derive(Debug)]
+struct Store {
     declared: BTreeMap<String, Parameter>,
-    values: Mutex<BTreeMap<String, Value>>,
+    values: BTreeMap<String, Value>,
+    /// Values for parameters that are declared later.
+    waiting: Vec<Override>,
 }
 
 impl Parameters {
@@ -25,45 +42,33 @@ impl Parameters {
     /// # Errors
     /// [`Error::UnknownParameter`] and [`Error::ParameterValue`], naming key, value and origin.
     pub(crate) fn new(declarations: Vec<Parameter>, overrides: &[Override]) -> Result<Self> {
-        let mut declared: BTreeMap<_, _> = declarations
-            .into_iter()
-            .map(|p| (p.name.clone(), p))
-            .collect();
-        declared.entry(USE_SIM_TIME.to_owned()).or_insert_with(|| {
-            Parameter::new(USE_SIM_TIME, false)
-                .describe("take the time from /clock instead of the system")
-        });
-        let mut values: BTreeMap<_, _> = declared
-            .iter()
-            .map(|(name, p)| (name.clone(), p.default.clone()))
-            .collect();
-        for Override {
-            name,
-            value,
-            origin,
-        } in overrides
-        {
-            let Some(parameter) = declared.get(name) else {
-                return Err(Error::UnknownParameter {
-                    name: name.clone(),
-                    origin: origin.clone(),
-                    hint: hint(name, declared.keys()),
-                });
-            };
-            let wrong = |expected| Error::ParameterValue {
-                name: name.clone(),
-                origin: origin.clone(),
-                value: value.to_string(),
-                expected,
-            };
-            let typed = Value::from_yaml(value, parameter.kind())
-                .ok_or_else(|| wrong(parameter.expected()))?;
-            parameter.check(&typed).map_err(wrong)?;
-            values.insert(name.clone(), typed);
+        let mut store = Store {
+            declared: BTreeMap::new(),
+            values: BTreeMap::new(),
+            waiting: Vec::new(),
+        };
+        let use_sim_time = Parameter::new(USE_SIM_TIME, false)
+            .describe("take the time from /clock instead of the system")
+            .changeable();
+        for parameter in std::iter::once(use_sim_time).chain(declarations) {
+            store
+                .values
+                .insert(parameter.name.clone(), parameter.default.clone());
+            store.declared.insert(parameter.name.clone(), parameter);
+        }
+        for given in overrides {
+            match store.declared.get(&given.name) {
+                Some(parameter) => {
+                    let value = given.typed(parameter)?;
+                    store.values.insert(given.name.clone(), value);
+                }
+                None if given.name.starts_with(QOS_OVERRIDES) => store.waiting.push(given.clone()),
+                None => return Err(given.unknown(store.declared.keys())),
+            }
         }
         Ok(Self {
-            declared,
-            values: Mutex::new(values),
+            store: Mutex::new(store),
+            sets: watch::Sender::new(0),
         })
     }
 
@@ -75,12 +80,51 @@ impl Parameters {
         Self::new(declarations, &[])
     }
 
+    /// Declares a parameter while the node runs; it takes the value that was given for it at the start. Declaring it
+    /// again changes nothing.
+    ///
+    /// # Errors
+    /// [`Error::ParameterValue`] for the value that was given at the start.
+    pub(crate) fn declare(&self, parameter: Parameter) -> Result<()> {
+        let mut store = self.store();
+        if store.declared.contains_key(&parameter.name) {
+            return Ok(());
+        }
+        let (ours, others) = std::mem::take(&mut store.waiting)
+            .into_iter()
+            .partition(|given| given.name == parameter.name);
+        store.waiting = others;
+        let ours: Vec<Override> = ours;
+        let mut value = parameter.default.clone();
+        for given in &ours {
+            value = given.typed(&parameter)?;
+        }
+        store.values.insert(parameter.name.clone(), value);
+        store.declared.insert(parameter.name.clone(), parameter);
+        Ok(())
+    }
+
+    /// Values that were given for parameters that nobody has declared yet, an error for each.
+    pub(crate) fn undeclared(&self) -> Vec<Error> {
+        let mut store = self.store();
+        let waiting = std::mem::take(&mut store.waiting);
+        let like = store
+            .declared
+            .keys()
+            .filter(|name| name.starts_with(QOS_OVERRIDES));
+        waiting
+            .iter()
+            .map(|given| given.unknown(like.clone()))
+            .collect()
+    }
+
     /// The value of a parameter.
     ///
     /// # Errors
     /// [`Error::NotDeclared`] where the node has not declared it, or as another type: a fault of the program.
     pub fn get<T: FromValue>(&self, name: &str) -> Result<T> {
-        self.values()
+        self.store()
+            .values
             .get(name)
             .and_then(T::from_value)
             .ok_or_else(|| Error::NotDeclared {
@@ -91,26 +135,32 @@ impl Parameters {
 
     /// The value, whatever its type.
     pub fn value(&self, name: &str) -> Option<Value> {
-        self.values().get(name).cloned()
+        self.store().values.get(name).cloned()
     }
 
     /// All declarations in order of their names.
-    pub fn declarations(&self) -> impl Iterator<Item = &Parameter> {
-        self.declared.values()
+    pub fn declarations(&self) -> Vec<Parameter> {
+        self.store().declared.values().cloned().collect()
     }
 
     /// The declaration of one.
-    pub(crate) fn declaration(&self, name: &str) -> Option<&Parameter> {
-        self.declared.get(name)
+    pub(crate) fn declaration(&self, name: &str) -> Option<Parameter> {
+        self.store().declared.get(name).cloned()
+    }
+
+    /// Waits until any parameter is set, from the moment of the call on.
+    pub fn changes(&self) -> watch::Receiver<u64> {
+        self.sets.subscribe()
     }
 
     /// Checks all, then sets all or none. The error is the reason, for the one who asked.
     pub(crate) fn set(&self, changes: &[(String, Option<Value>)]) -> Result<(), String> {
+        let mut store = self.store();
         for (name, value) in changes {
-            let parameter = self.declared.get(name).ok_or_else(|| {
+            let parameter = store.declared.get(name).ok_or_else(|| {
                 format!(
                     "unknown parameter '{name}'; {}",
-                    hint(name, self.declared.keys())
+                    hint(name, store.declared.keys())
                 )
             })?;
             if parameter.read_only {
@@ -130,18 +180,43 @@ impl Parameters {
                 }
             }
         }
-        let mut values = self.values();
         for (name, value) in changes {
             if let Some(value) = value {
-                values.insert(name.clone(), value.clone());
+                store.values.insert(name.clone(), value.clone());
             }
         }
+        drop(store);
+        self.sets.send_modify(|count| *count += 1);
         Ok(())
     }
 
     // A panic elsewhere while the lock was held leaves whole values behind: insertions are single steps.
-    fn values(&self) -> MutexGuard<'_, BTreeMap<String, Value>> {
-        self.values.lock().unwrap_or_else(PoisonError::into_inner)
+    fn store(&self) -> MutexGuard<'_, Store> {
+        self.store.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Override {
+    /// The value as the parameter wants it.
+    fn typed(&self, parameter: &Parameter) -> Result<Value> {
+        let wrong = |expected| Error::ParameterValue {
+            name: self.name.clone(),
+            origin: self.origin.clone(),
+            value: self.value.to_string(),
+            expected,
+        };
+        let typed = Value::from_yaml(&self.value, parameter.kind())
+            .ok_or_else(|| wrong(parameter.expected()))?;
+        parameter.check(&typed).map_err(wrong)?;
+        Ok(typed)
+    }
+
+    fn unknown<'a>(&self, known: impl Iterator<Item = &'a String> + Clone) -> Error {
+        Error::UnknownParameter {
+            name: self.name.clone(),
+            origin: self.origin.clone(),
+            hint: hint(&self.name, known),
+        }
     }
 }
 
@@ -240,6 +315,29 @@ mod tests {
                 .unwrap()
         );
         assert!(with("rate", "1").unwrap().get::<i64>("rate").is_err());
+    }
+
+    /// A quality of service may be given before its endpoint is declared; then it is checked as any other.
+    #[test]
+    fn overrides_of_qos_wait_for_their_endpoint() {
+        let depth = "qos_overrides./x.publisher.depth";
+        let later = |value: &str| {
+            let parameters = with(depth, value).unwrap();
+            let declared = Parameter::new(depth, 10_i64).range(1.0, 100.0);
+            parameters.declare(declared).map(|()| parameters)
+        };
+        assert_eq!(later("7").unwrap().get::<i64>(depth).unwrap(), 7);
+        assert_eq!(
+            later("0").unwrap_err().to_string(),
+            format!("-p: parameter '{depth}' is 0, expected integer from 1 to 100")
+        );
+        let never = with("qos_overrides./y.publisher.depth", "7").unwrap();
+        never.declare(Parameter::new(depth, 10_i64)).unwrap();
+        assert_eq!(
+            never.undeclared()[0].to_string(),
+            format!("-p: unknown parameter 'qos_overrides./y.publisher.depth'; did you mean '{depth}'?")
+        );
+        assert!(never.undeclared().is_empty());
     }
 
     /// An unknown key is an error that names it and what was probably meant.

@@ -31,7 +31,7 @@ const NAME: &str = "rotary_sins_monitor";
 const REFRESH: Duration = Duration::from_millis(500);
 
 /// Options of `monitor`.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct Options {
     /// Wait for an estimate, print one page as text, and end
     #[arg(long)]
@@ -42,7 +42,7 @@ pub struct Options {
 }
 
 /// Runs until q, Ctrl-C or a signal. `ros_arguments` are those behind `--ros-args`, with it.
-pub fn run(options: Options, mut ros_arguments: Vec<String>) -> ExitCode {
+pub fn run(options: &Options, mut ros_arguments: Vec<String>) -> ExitCode {
     if ros_arguments.is_empty() {
         ros_arguments.push("--ros-args".to_owned());
     }
@@ -50,7 +50,7 @@ pub fn run(options: Options, mut ros_arguments: Vec<String>) -> ExitCode {
     ros_arguments.extend(["--log-level", "error", "--disable-rosout-logs"].map(str::to_owned));
     let name = format!("{NAME}_{}", std::process::id());
     let builder = NodeBuilder::new(&name).about("shows how the calibration goes");
-    ros_node::run_with(ros_arguments, builder, |node| monitor(node, options))
+    ros_node::run_with(ros_arguments, builder, |node| monitor(node, options.clone()))
 }
 
 async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
