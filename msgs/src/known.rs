@@ -1,8 +1,8 @@
 //! Every message type of this crate, by name, for tools that learn the type of a topic at run time.
 
 use crate::{
-    RosMessage, builtin_interfaces, diagnostic_msgs, geometry_msgs, interfaces, lifecycle_msgs, nav_msgs,
-    rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+    RosMessage, builtin_interfaces, diagnostic_msgs, geometry_msgs, interfaces, lifecycle_msgs,
+    nav_msgs, rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
 
 /// A message type as a tool sees it that has only its name.

@@ -32,5 +32,5 @@ pub mod type_description_interfaces;
 pub use interfaces::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 pub use known::{KNOWN_TYPES, KnownType, known_type};
 pub use message::RosMessage;
-pub use type_description::{type_description, type_sources};
 pub(crate) use message::{ros_message, ros_service_part};
+pub use type_description::{type_description, type_sources};

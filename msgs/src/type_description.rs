@@ -181,12 +181,10 @@ mod tests {
         for known in KNOWN_TYPES {
             let text = hashed_text(&type_description(known.name).unwrap());
             let digest = Sha256::digest(text.as_bytes());
-            let hash = digest
-                .iter()
-                .fold("RIHS01_".to_owned(), |mut hash, byte| {
-                    write!(hash, "{byte:02x}").unwrap();
-                    hash
-                });
+            let hash = digest.iter().fold("RIHS01_".to_owned(), |mut hash, byte| {
+                write!(hash, "{byte:02x}").unwrap();
+                hash
+            });
             assert_eq!(hash, known.hash, "{}", known.name);
         }
     }

@@ -5,8 +5,8 @@ use std::process::Command;
 
 use rotary_sins_msgs::{
     Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrationEstimate,
-    builtin_interfaces, diagnostic_msgs, geometry_msgs, known_type, lifecycle_msgs, nav_msgs, rcl_interfaces,
-    rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+    builtin_interfaces, diagnostic_msgs, geometry_msgs, known_type, lifecycle_msgs, nav_msgs,
+    rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
 use serde::de::{Deserializer, Error as _, Visitor, value::Error};
 

@@ -78,9 +78,10 @@ impl NodeBuilder {
     #[must_use]
     pub fn managed(mut self) -> Self {
         self.managed = true;
-        self.parameter(Parameter::new(LIFECYCLE_AUTOSTART, true).describe(
-            "come up active; false: wait, unconfigured, for a lifecycle manager",
-        ))
+        self.parameter(
+            Parameter::new(LIFECYCLE_AUTOSTART, true)
+                .describe("come up active; false: wait, unconfigured, for a lifecycle manager"),
+        )
     }
 
     /// Its parameters with their defaults.

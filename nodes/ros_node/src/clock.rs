@@ -122,7 +122,11 @@ impl Clock {
             if use_sim_time != self.is_simulated() {
                 tracing::info!(
                     "use_sim_time: the time is now {}",
-                    if use_sim_time { "that of /clock" } else { "the system's" }
+                    if use_sim_time {
+                        "that of /clock"
+                    } else {
+                        "the system's"
+                    }
                 );
             }
             self.simulate(use_sim_time);

@@ -150,11 +150,7 @@ impl Diagnostics {
     }
 
     /// Adds a task of the node itself, which also reports while the node is not active.
-    pub(crate) fn add_built_in(
-        &self,
-        name: &str,
-        check: impl FnMut() -> Report + Send + 'static,
-    ) {
+    pub(crate) fn add_built_in(&self, name: &str, check: impl FnMut() -> Report + Send + 'static) {
         self.push(name, check, true);
     }
 

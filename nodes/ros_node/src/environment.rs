@@ -1,18 +1,20 @@
 //! The environment variables of ROS 2 and the DDS participant made by them.
 
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
 
 use crate::error::{Error, Result};
 
 /// What the environment says about discovery.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Environment {
     /// `ROS_DOMAIN_ID`, 0 by default.
     pub domain_id: u16,
     /// `ROS_LOCALHOST_ONLY=1` or `ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`.
     pub localhost_only: bool,
+    /// `ROS_STATIC_PEERS`, resolved.
+    pub static_peers: Vec<Ipv4Addr>,
 }
 
 /// Highest domain whose ports stay below 65536.
@@ -62,9 +64,30 @@ impl Environment {
                 ));
             }
         };
+        let peers = lookup("ROS_STATIC_PEERS").unwrap_or_default();
+        let mut static_peers = Vec::new();
+        for peer in peers
+            .split(';')
+            .map(str::trim)
+            .filter(|peer| !peer.is_empty())
+        {
+            static_peers.push(resolve(peer).ok_or_else(|| {
+                let expected =
+                    "IPv4 addresses or names that can be resolved to them, with ';' between them";
+                bad("ROS_STATIC_PEERS", peer, expected)
+            })?);
+        }
+        if lookup("ROS_SECURITY_ENABLE").is_some_and(|value| value == "true") {
+            return Err(bad(
+                "ROS_SECURITY_ENABLE",
+                "true",
+                "false: this node has no DDS security",
+            ));
+        }
         Ok(Self {
             domain_id,
             localhost_only,
+            static_peers,
         })
     }
 
@@ -72,7 +95,7 @@ impl Environment {
     ///
     /// # Errors
     /// [`Error::Create`] where the middleware has no socket or no port to itself.
-    pub(crate) fn participant(self) -> Result<DomainParticipant> {
+    pub(crate) fn participant(&self) -> Result<DomainParticipant> {
         let builder = DomainParticipantBuilder::new(self.domain_id);
         let builder = if self.localhost_only {
             builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)])
@@ -84,6 +107,17 @@ impl Environment {
             reason: error.to_string(),
         })
     }
+}
+
+fn resolve(peer: &str) -> Option<Ipv4Addr> {
+    // The port is only there to be resolved with the name.
+    let addresses = (peer, 7400).to_socket_addrs().ok()?;
+    addresses
+        .filter_map(|address| match address {
+            SocketAddr::V4(address) => Some(*address.ip()),
+            SocketAddr::V6(_) => None,
+        })
+        .next()
 }
 
 #[cfg(test)]
@@ -107,12 +141,18 @@ mod tests {
     /// Nothing set is domain 0 on the subnet.
     #[test]
     fn defaults() {
+        assert_eq!(with(&[]).unwrap(), Environment::default());
+    }
+
+    /// Peers are a list with semicolons, empty places left out.
+    #[test]
+    fn static_peers_are_a_list() {
+        let peers = with(&[("ROS_STATIC_PEERS", "192.168.7.2; 10.0.0.1;")])
+            .unwrap()
+            .static_peers;
         assert_eq!(
-            with(&[]).unwrap(),
-            Environment {
-                domain_id: 0,
-                localhost_only: false
-            }
+            peers,
+            [Ipv4Addr::new(192, 168, 7, 2), Ipv4Addr::new(10, 0, 0, 1)]
         );
     }
 
@@ -140,6 +180,8 @@ mod tests {
             ("ROS_DOMAIN_ID", "x"),
             ("ROS_LOCALHOST_ONLY", "yes"),
             ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
+            ("ROS_STATIC_PEERS", "10.0.0.1;no such host"),
+            ("ROS_SECURITY_ENABLE", "true"),
         ] {
             assert!(
                 with(&[(name, value)])

@@ -42,7 +42,7 @@
 //! | --- | --- |
 //! | arguments | `-r`, `-p`, `--params-file`, `--log-level`, `--[enable,disable]-[rosout,stdout]-logs`, `--`; anything unknown is one line and exit status 2; later values win |
 //! | parameters | [`Parameter`]; unknown keys, wrong types and values out of range are errors; read-only unless [`Parameter::changeable`] |
-//! | environment | `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`, `LOCALHOST`) |
+//! | environment | `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`, `LOCALHOST`), `ROS_STATIC_PEERS` (IPv4) |
 //! | time | [`Clock`]; with `use_sim_time` that of `/clock` (rosgraph_msgs/Clock, best effort, depth 1) |
 //! | topics | [`Publisher::publish`] never waits, [`Subscription`] hears reliable and best-effort publishers; what is dropped, lost or incompatible is counted and told |
 //! | diagnostics | [`Diagnostics`] once a second; the task `topics` is built in |
@@ -62,6 +62,7 @@
 mod builder;
 mod clock;
 pub mod diagnostics;
+mod discovery;
 mod environment;
 mod error;
 mod graph;

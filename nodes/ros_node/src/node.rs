@@ -19,8 +19,8 @@ use crate::lifecycle::{Gate, Lifecycle};
 use crate::names::{NameKind, NodeIdentity, RemapRule, resolve};
 use crate::parameters::{FromValue, HARDWARE_ID, Parameters, USE_SIM_TIME};
 use crate::publisher::{Publisher, PublisherStatistics};
-use crate::qos_overrides::{End, overridden};
 use crate::qos::Qos;
+use crate::qos_overrides::{End, overridden};
 use crate::shutdown::Shutdown;
 use crate::subscription::{Subscription, SubscriptionStatistics};
 
@@ -124,6 +124,10 @@ impl Node {
                 tasks: Mutex::default(),
             }),
         };
+        if !environment.static_peers.is_empty() {
+            let peers = environment.static_peers.clone();
+            node.spawn(crate::discovery::announce(participant.clone(), peers));
+        }
         node.spawn(Arc::clone(&node.shared.graph).follow(participant));
         if ros_args.rosout {
             node.start_rosout()?;
@@ -143,20 +147,28 @@ impl Node {
         let weak = |shared: &Arc<Shared>| {
             let shared = Arc::downgrade(shared);
             // The task must not keep the node alive.
-            move || Some(Self { shared: shared.upgrade()? })
+            move || {
+                Some(Self {
+                    shared: shared.upgrade()?,
+                })
+            }
         };
         let (of_parameter, of_topic) = (weak(&self.shared), weak(&self.shared));
-        let use_sim_time =
-            move || of_parameter().is_some_and(|node| node.parameter(USE_SIM_TIME).unwrap_or(false));
+        let use_sim_time = move || {
+            of_parameter().is_some_and(|node| node.parameter(USE_SIM_TIME).unwrap_or(false))
+        };
         let subscribe = move || {
-            let subscription =
-                of_topic()?.ungated_subscription("/clock", Qos::best_effort(1));
+            let subscription = of_topic()?.ungated_subscription("/clock", Qos::best_effort(1));
             subscription
                 .inspect_err(|error| tracing::error!("{error}"))
                 .ok()
         };
         let changes = self.parameters().changes();
-        self.spawn(self.clock().clone().follow(use_sim_time, changes, subscribe));
+        self.spawn(
+            self.clock()
+                .clone()
+                .follow(use_sim_time, changes, subscribe),
+        );
     }
 
     fn start_rosout(&self) -> Result<()> {

@@ -136,7 +136,10 @@ impl<M: Message> Publisher<M> {
         if active {
             told.store(false, Ordering::Relaxed);
         } else if !told.swap(true, Ordering::Relaxed) {
-            tracing::debug!("{}: nothing is published while the node is not active", self.topic());
+            tracing::debug!(
+                "{}: nothing is published while the node is not active",
+                self.topic()
+            );
         }
         active
     }

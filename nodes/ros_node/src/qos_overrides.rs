@@ -25,12 +25,7 @@ impl End {
 ///
 /// # Errors
 /// [`crate::Error::ParameterValue`] for a policy that makes no sense.
-pub(crate) fn overridden(
-    parameters: &Parameters,
-    topic: &str,
-    end: End,
-    qos: Qos,
-) -> Result<Qos> {
+pub(crate) fn overridden(parameters: &Parameters, topic: &str, end: End, qos: Qos) -> Result<Qos> {
     let name = |policy: &str| format!("{QOS_OVERRIDES}{topic}.{}.{policy}", end.name());
     let choice = |policy: &str, choices: [&str; 2], first: bool| -> Result<bool> {
         let name = name(policy);
@@ -71,8 +66,8 @@ pub(crate) fn overridden(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::ros_args::RosArgs;
     use crate::names::NodeIdentity;
+    use crate::ros_args::RosArgs;
 
     fn with(arguments: &[&str]) -> Parameters {
         let node = NodeIdentity::new("/", "n").unwrap();

@@ -96,14 +96,18 @@ impl RosArgs {
             "--disable-stdout-logs" => self.console = false,
             // They speak of rcl's external logging library, which we do not have.
             "--enable-external-lib-logs" | "--disable-external-lib-logs" => {}
-            "--log-config-file" | "-e" | "--enclave" => {
+            // Enclaves are those of DDS security, which is refused where it is switched on.
+            "-e" | "--enclave" => {
+                value()?;
+            }
+            "--log-config-file" => {
                 return Err(Error::Argument(format!(
                     "--ros-args: {option} is not supported by this node"
                 )));
             }
             other => {
                 return Err(Error::Argument(format!(
-                    "--ros-args: unknown argument '{other}'; known are -r, -p, --params-file, --log-level, \
+                    "--ros-args: unknown argument '{other}'; known are -r, -p, --params-file, --log-level, --enclave, \
                      --[enable|disable]-[rosout|stdout|external-lib]-logs and -- to end them"
                 )));
             }

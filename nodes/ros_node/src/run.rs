@@ -13,6 +13,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::builder::{NodeBuilder, Startup};
+use crate::discovery::Farewell;
 use crate::error::{Error, Result};
 use crate::lifecycle::{LIFECYCLE_AUTOSTART, Request};
 use crate::logging;
@@ -128,6 +129,7 @@ where
     let mut interrupt = listen(SignalKind::interrupt())?;
     let mut terminate = listen(SignalKind::terminate())?;
     let managed = startup.managed;
+    let environment = startup.environment.clone();
     let node = Node::start(startup).map_err(Failure::Start)?;
     end_on_panic(&node);
     let shutdown = node.shutdown_handle().clone();
@@ -162,7 +164,13 @@ where
     let participant = node.participant();
     drop(node);
     tokio::time::sleep(FAREWELL).await;
+    let farewell = Farewell::new(
+        &participant,
+        environment.localhost_only,
+        &environment.static_peers,
+    );
     drop(participant);
+    farewell.send();
     outcome
 }
 
@@ -298,7 +306,10 @@ where
         let lifecycle = node.lifecycle();
         let Some(transition) = lifecycle.requested(&request.transition) else {
             let Transition { id, label } = &request.transition;
-            tracing::warn!("~/change_state: no transition {id} '{label}' from {}", lifecycle.label());
+            tracing::warn!(
+                "~/change_state: no transition {id} '{label}' from {}",
+                lifecycle.label()
+            );
             request.answer.send(false).ok();
             return;
         };

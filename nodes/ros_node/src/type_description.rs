@@ -71,7 +71,11 @@ mod tests {
             told.type_description.type_description.fields[1].name,
             "frame_id"
         );
-        assert!(ask("std_msgs/msg/Header", "RIHS01_00").unwrap_err().contains(hash));
+        assert!(
+            ask("std_msgs/msg/Header", "RIHS01_00")
+                .unwrap_err()
+                .contains(hash)
+        );
         assert!(ask("a/msg/B", "").unwrap_err().contains("a/msg/B"));
     }
 }

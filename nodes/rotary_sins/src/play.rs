@@ -128,18 +128,14 @@ pub fn run(options: &Options, ros_arguments: Vec<String>) -> anyhow::Result<Exit
     let bag = Bag::open(&options.bag)?;
     bag.warnings().iter().for_each(output::note);
     let builder = NodeBuilder::new("rotary_sins_player").about("plays a bag");
-    Ok(ros_node::run_with(
-        ros_arguments,
-        builder,
-        |node| async {
-            let node = node;
-            // The end of the process is asked for at any time and waits for nothing here.
-            tokio::select! {
-                result = play(&node, &bag, options) => result,
-                () = node.shutdown() => Ok(()),
-            }
-        },
-    ))
+    Ok(ros_node::run_with(ros_arguments, builder, |node| async {
+        let node = node;
+        // The end of the process is asked for at any time and waits for nothing here.
+        tokio::select! {
+            result = play(&node, &bag, options) => result,
+            () = node.shutdown() => Ok(()),
+        }
+    }))
 }
 
 struct Player<'b> {

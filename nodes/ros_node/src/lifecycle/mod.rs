@@ -147,11 +147,17 @@ impl Lifecycle {
 
     /// Where requests come out; once.
     pub(crate) fn take_requests(&self) -> Option<mpsc::Receiver<Request>> {
-        self.inbox.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.inbox
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
     }
 
     fn take_events(&self) -> Option<mpsc::UnboundedReceiver<TransitionEvent>> {
-        self.outbox.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.outbox
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
     }
 
     /// The transition that a request means here and now.
@@ -162,7 +168,10 @@ impl Lifecycle {
     /// Goes over a transition and announces it. One that does not begin here changes nothing.
     pub(crate) fn pass(&self, transition: u8) {
         let Some(taken) = graph::transition(self.state(), transition) else {
-            tracing::error!("lifecycle: no transition {transition} from {}", self.label());
+            tracing::error!(
+                "lifecycle: no transition {transition} from {}",
+                self.label()
+            );
             return;
         };
         self.state.send_replace(taken.goal_state.id);

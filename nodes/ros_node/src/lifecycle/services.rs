@@ -18,13 +18,11 @@ use crate::qos::Qos;
 pub(crate) fn serve(node: &Node) -> Result<()> {
     let kind = |name: &str| format!("lifecycle_msgs/srv/{name}");
     let own = node.clone();
-    node.serve(
-        "~/get_state",
-        &kind("GetState"),
-        move |_: EmptyRequest| GetStateResponse {
+    node.serve("~/get_state", &kind("GetState"), move |_: EmptyRequest| {
+        GetStateResponse {
             current_state: graph::state(own.lifecycle().state()),
-        },
-    )?;
+        }
+    })?;
     node.serve(
         "~/get_available_states",
         &kind("GetAvailableStates"),
@@ -72,14 +70,19 @@ fn transitions(of: impl Fn(u8) -> bool) -> GetAvailableTransitionsResponse {
 
 /// Requests are answered when their transition is over; one after the other, as they come.
 fn serve_changes(node: &Node, kind: &str) -> Result<()> {
-    let service = node.service::<ChangeStateRequest, ChangeStateResponse>("~/change_state", kind)?;
+    let service =
+        node.service::<ChangeStateRequest, ChangeStateResponse>("~/change_state", kind)?;
     let own = node.clone();
     node.spawn(async move {
         loop {
             let (id, request) = service.recv().await;
             let (answer, answered) = oneshot::channel();
             let transition = request.transition;
-            own.lifecycle().requests.send(Request { transition, answer }).await.ok();
+            own.lifecycle()
+                .requests
+                .send(Request { transition, answer })
+                .await
+                .ok();
             let success = answered.await.unwrap_or(false);
             service.respond(id, ChangeStateResponse { success }).await;
         }

@@ -335,7 +335,9 @@ mod tests {
         never.declare(Parameter::new(depth, 10_i64)).unwrap();
         assert_eq!(
             never.undeclared()[0].to_string(),
-            format!("-p: unknown parameter 'qos_overrides./y.publisher.depth'; did you mean '{depth}'?")
+            format!(
+                "-p: unknown parameter 'qos_overrides./y.publisher.depth'; did you mean '{depth}'?"
+            )
         );
         assert!(never.undeclared().is_empty());
     }

@@ -50,7 +50,9 @@ pub fn run(options: &Options, mut ros_arguments: Vec<String>) -> ExitCode {
     ros_arguments.extend(["--log-level", "error", "--disable-rosout-logs"].map(str::to_owned));
     let name = format!("{NAME}_{}", std::process::id());
     let builder = NodeBuilder::new(&name).about("shows how the calibration goes");
-    ros_node::run_with(ros_arguments, builder, |node| monitor(node, options.clone()))
+    ros_node::run_with(ros_arguments, builder, |node| {
+        monitor(node, options.clone())
+    })
 }
 
 async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {

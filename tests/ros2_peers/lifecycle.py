@@ -1,0 +1,103 @@
+"""Manages a node as a lifecycle manager does: lifecycle.py NODE TOPIC TYPE
+
+Takes it through every step, counts the messages of TOPIC in every state, collects its transition events, and answers with
+its states and transitions beside those of a lifecycle node of rclpy itself.
+"""
+
+import sys
+import time
+
+import rclpy
+from lifecycle_msgs.msg import Transition, TransitionEvent
+from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
+from peer import answer, message_type, plain, reliable, spin_until
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
+
+target, topic, type_name = sys.argv[1:]
+rclpy.init()
+node = rclpy.create_node("manager")
+reference = LifecycleNode("reference")
+executor = SingleThreadedExecutor()
+executor.add_node(node)
+executor.add_node(reference)
+
+
+def ask(owner, kind, name, request=None):
+    client = node.create_client(kind, f"{owner}/{name}")
+    if not client.wait_for_service(timeout_sec=20.0):
+        sys.exit(f"{owner} has no service {name}")
+    call = client.call_async(request or kind.Request())
+    end = time.monotonic() + 20.0
+    while not call.done():
+        if time.monotonic() > end:
+            sys.exit(f"no answer of {owner}/{name}")
+        executor.spin_once(timeout_sec=0.1)
+    return plain(call.result())
+
+
+def state():
+    return ask(target, GetState, "get_state")["current_state"]["label"]
+
+
+def change(identifier, label=""):
+    request = ChangeState.Request(transition=Transition(id=identifier, label=label))
+    return ask(target, ChangeState, "change_state", request)["success"]
+
+
+def spin(seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.05)
+
+
+received = []
+events = []
+node.create_subscription(message_type(type_name), topic, received.append, reliable())
+node.create_subscription(
+    TransitionEvent,
+    f"{target}/transition_event",
+    lambda event: events.append(f"{event.start_state.label} {event.transition.label} {event.goal_state.label}"),
+    reliable(10),
+)
+
+
+def stand(name):
+    """What holds in this state; messages on their way when it began are not counted."""
+    spin(1.0)
+    before = len(received)
+    spin(1.0)
+    return {
+        "asked": name,
+        "state": state(),
+        "messages": len(received) - before,
+        "publishers": node.count_publishers(topic),
+    }
+
+
+def graph(owner):
+    return {
+        "states": ask(owner, GetAvailableStates, "get_available_states"),
+        "graph": ask(owner, GetAvailableTransitions, "get_transition_graph"),
+        "from_here": ask(owner, GetAvailableTransitions, "get_available_transitions"),
+    }
+
+
+begin = stand("nothing")
+refused = change(Transition.TRANSITION_ACTIVATE)
+graphs = {"ours": graph(target), "reference": graph("reference")}
+steps = [begin]
+for identifier, label in [
+    (Transition.TRANSITION_CONFIGURE, ""),
+    (Transition.TRANSITION_ACTIVATE, ""),
+    (Transition.TRANSITION_DEACTIVATE, ""),
+    (Transition.TRANSITION_CLEANUP, ""),
+    (0, "configure"),
+    (0, "activate"),
+    (0, "shutdown"),
+]:
+    if not change(identifier, label):
+        sys.exit(f"transition {identifier} '{label}' failed from {state()}")
+    steps.append(stand(label or str(identifier)))
+answer({"refused": refused, "graphs": graphs, "steps": steps, "events": events})
+rclpy.shutdown()

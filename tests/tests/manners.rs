@@ -1,0 +1,282 @@
+//! The manners of a ROS 2 node, judged by rclpy: lifecycle, type descriptions, quality of service, time.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use suite_tests::{Peer, Program, Scene, isolated, peer_python};
+
+/// Within a network of its own: with every distribution that is set up.
+fn with_every_distribution(test: impl Fn(&Path)) {
+    let pythons: Vec<PathBuf> = ["kilted", "jazzy"]
+        .into_iter()
+        .filter_map(peer_python)
+        .collect();
+    pythons.iter().for_each(|python| test(python));
+}
+
+fn simulator() -> Program {
+    Program::new("imu_simulator").parameter("imu_rate_hz", "50.0")
+}
+
+/// The states and transitions of a node are those of a lifecycle node of rclpy; a manager takes it through all of them,
+/// and in each of them it does what is asked of a node in this state.
+#[test]
+fn a_lifecycle_manager_rules_a_node() {
+    isolated(|| {
+        with_every_distribution(|python| {
+            let mut scene = Scene::new("lifecycle");
+            scene.start(&simulator().parameter("lifecycle_autostart", "false"));
+            let answer = Peer::new(python, "lifecycle.py")
+                .arg("/imu_simulator")
+                .arg("/imu/data_raw")
+                .arg("sensor_msgs/msg/Imu")
+                .ask();
+            scene.end();
+            assert_eq!(answer["refused"], false);
+            let graphs = &answer["graphs"];
+            assert_eq!(graphs["ours"], graphs["reference"]);
+            let steps = answer["steps"].as_array().unwrap();
+            // State, whether the topic is there, whether it speaks.
+            let expected = [
+                ("unconfigured", 0, false),
+                ("inactive", 1, false),
+                ("active", 1, true),
+                ("inactive", 1, false),
+                ("unconfigured", 0, false),
+                ("inactive", 1, false),
+                ("active", 1, true),
+                ("finalized", 0, false),
+            ];
+            assert_eq!(steps.len(), expected.len());
+            for (step, (state, publishers, speaks)) in steps.iter().zip(expected) {
+                assert_eq!(step["state"], state, "{steps:?}");
+                assert_eq!(step["publishers"], publishers, "{step}");
+                assert_eq!(step["messages"].as_u64().unwrap() > 25, speaks, "{step}");
+                assert!(speaks || step["messages"] == 0, "{step}");
+            }
+            let events: Vec<&str> = answer["events"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|event| event.as_str().unwrap())
+                .collect();
+            let around = |name: &str, via: &str, from: &str, to: &str| {
+                [
+                    format!("{from} {name} {via}"),
+                    format!("{via} transition_success {to}"),
+                ]
+            };
+            let up = [
+                around("configure", "configuring", "unconfigured", "inactive"),
+                around("activate", "activating", "inactive", "active"),
+            ];
+            let down = [
+                around("deactivate", "deactivating", "active", "inactive"),
+                around("cleanup", "cleaningup", "inactive", "unconfigured"),
+            ];
+            let end = [around("shutdown", "shuttingdown", "active", "finalized")];
+            let expected: Vec<String> = up
+                .iter()
+                .chain(&down)
+                .chain(&up)
+                .chain(&end)
+                .flatten()
+                .cloned()
+                .collect();
+            assert_eq!(events, expected);
+        })
+    });
+}
+
+/// Unmanaged use needs no manager: a node is active by itself. What fails at configuring leaves a managed node
+/// unconfigured, with the reason in its log, and the process alive.
+#[test]
+fn a_node_that_cannot_be_configured_stays_unconfigured() {
+    isolated(|| {
+        with_every_distribution(|python| {
+            let mut scene = Scene::new("lifecycle_failure");
+            let mut node = scene.start_apart(
+                &simulator()
+                    .parameter("lifecycle_autostart", "false")
+                    .parameter("wait_for_subscribers", "['no/such/topic:1']"),
+            );
+            let answers = Peer::new(python, "change_state.py")
+                .arg("/imu_simulator")
+                .arg("1")
+                .ask();
+            assert_eq!(
+                answers,
+                json!([{"success": false, "state": "unconfigured"}])
+            );
+            assert!(node.is_running());
+            node.wait_for_line("no/such/topic", Duration::from_secs(5));
+            node.interrupt();
+            assert!(node.wait(Duration::from_secs(10)).success());
+            scene.start(&simulator());
+            let answers = Peer::new(python, "change_state.py")
+                .arg("/imu_simulator")
+                .ask();
+            assert_eq!(answers, json!([{"success": true, "state": "active"}]));
+            scene.end();
+        })
+    });
+}
+
+/// What a node tells of a type is, field by field, what rclpy tells of it; a type that it does not know has a reason.
+#[test]
+fn type_descriptions_are_those_of_rclpy() {
+    isolated(|| {
+        with_every_distribution(|python| {
+            let types = [
+                "sensor_msgs/msg/Imu",
+                "nav_msgs/msg/Odometry",
+                "diagnostic_msgs/msg/DiagnosticArray",
+                "rotary_sins_msgs/msg/Calibration",
+            ];
+            let mut scene = Scene::new("type_description");
+            scene.start(&Program::new("scheme_sequencer"));
+            let peer = Peer::new(python, "type_description.py").arg("/scheme_sequencer");
+            let answer = types.iter().fold(peer, Peer::arg).ask();
+            scene.end();
+            for name in types {
+                let (ours, reference) = (&answer[name]["ours"], &answer[name]["reference"]);
+                assert_eq!(ours["successful"], true, "{name}: {ours}");
+                assert_eq!(
+                    ours["type_description"], reference["type_description"],
+                    "{name}"
+                );
+                let sources = |answer: &Value| -> Vec<Value> {
+                    let sources = answer["type_sources"].as_array().unwrap();
+                    let mut names: Vec<_> =
+                        sources.iter().map(|s| s["type_name"].clone()).collect();
+                    names.sort_by_key(ToString::to_string);
+                    names
+                };
+                assert_eq!(sources(ours), sources(reference), "{name}");
+            }
+            assert_eq!(answer["unknown"]["successful"], false);
+            assert!(
+                answer["unknown"]["failure_reason"]
+                    .as_str()
+                    .unwrap()
+                    .contains("PointCloud2"),
+                "{answer}"
+            );
+        })
+    });
+}
+
+/// Quality of service is what a parameter says, under the topic's name after remapping.
+#[test]
+fn quality_of_service_by_parameter() {
+    isolated(|| {
+        with_every_distribution(|python| {
+            let mut scene = Scene::new("qos_overrides");
+            scene.start(
+                &simulator()
+                    .remap("imu/data_raw", "/ship/imu")
+                    .parameter(
+                        "qos_overrides./ship/imu.publisher.reliability",
+                        "best_effort",
+                    )
+                    .parameter("qos_overrides./ship/imu.publisher.depth", "7"),
+            );
+            let peer = Peer::new(python, "observe.py");
+            let seen = ["/ship/imu", "sensor_msgs/msg/Imu", "20B"]
+                .iter()
+                .fold(peer, Peer::arg)
+                .ask();
+            let told = Peer::new(python, "parameters.py")
+                .arg("imu_simulator")
+                .arg("qos_overrides./ship/imu.publisher.depth")
+                .arg("9")
+                .ask();
+            scene.end();
+            assert_eq!(
+                seen["publishers"]["/ship/imu"],
+                json!([{
+                    "node": "imu_simulator",
+                    "type": "sensor_msgs/msg/Imu",
+                    "reliability": "BEST_EFFORT",
+                    "durability": "VOLATILE"
+                }])
+            );
+            assert_eq!((&told["before"], &told["after"]), (&json!(7), &json!(7)));
+            assert_eq!(told["set"]["successful"], false);
+        })
+    });
+}
+
+/// A policy that makes no sense, and one for a topic that the node does not have, are told in one line each.
+#[test]
+fn overrides_without_meaning_are_told() {
+    isolated(|| {
+        let scene = Scene::new("qos_nonsense");
+        let wrong = |name: &str, value: &str| {
+            let program = simulator().parameter(name, value);
+            scene.start_apart(&program)
+        };
+        let mut node = wrong(
+            "qos_overrides./imu/data_raw.publisher.reliability",
+            "sometimes",
+        );
+        assert_eq!(node.wait(Duration::from_secs(10)).code(), Some(2));
+        let log = node.log();
+        assert!(
+            log.contains("'sometimes', expected string, one of reliable, best_effort"),
+            "{log}"
+        );
+
+        let mut node = wrong("qos_overrides./imu/data.publisher.depth", "5");
+        node.wait_for_line(
+            "unknown parameter 'qos_overrides./imu/data.publisher.depth'; did you mean 'qos_overrides./imu/data_raw.publisher.depth'",
+            Duration::from_secs(10),
+        );
+        node.interrupt();
+        node.wait(Duration::from_secs(10));
+    });
+}
+
+/// A publisher that offers too little is an ERROR that names the topic and the policy.
+#[test]
+fn incompatible_quality_of_service_is_told() {
+    isolated(|| {
+        with_every_distribution(|python| {
+            let mut scene = Scene::new("incompatible");
+            scene.start(&Program::new("navigation_compensator").parameter("hardware_id", "rlg-7"));
+            let answer = Peer::new(python, "incompatible.py")
+                .arg("navigation_compensator")
+                .arg("/self_calibration/calibration")
+                .arg("rotary_sins_msgs/msg/Calibration")
+                .ask();
+            scene.end();
+            assert_eq!(answer["level"], 2, "{answer}");
+            assert_eq!(answer["hardware_id"], "rlg-7");
+            let message = answer["message"].as_str().unwrap();
+            for word in ["/self_calibration/calibration", "durability"] {
+                assert!(message.contains(word), "{message}");
+            }
+        })
+    });
+}
+
+/// `use_sim_time` can be set and unset while a node runs, and its time follows.
+#[test]
+fn the_time_can_be_changed_while_a_node_runs() {
+    isolated(|| {
+        with_every_distribution(|python| {
+            let mut scene = Scene::new("use_sim_time");
+            scene.start(&Program::new("self_calibrator"));
+            let answer = Peer::new(python, "sim_time.py")
+                .arg("self_calibrator")
+                .ask();
+            scene.end();
+            assert!(
+                answer["error_of_the_last_s"].as_f64().unwrap() < 30.0,
+                "{answer}"
+            );
+        })
+    });
+}
