@@ -7,6 +7,8 @@ use crate::type_description_interfaces::{
 
 /// Of `type_description_interfaces/msg/FieldType`.
 const NESTED: u8 = 1;
+const FLOAT: u8 = 10;
+const DOUBLE: u8 = 11;
 const STRING: u8 = 17;
 const BOUNDED_STRING: u8 = 21;
 const ARRAY: u8 = 48;
@@ -74,10 +76,16 @@ fn field(line: &str) -> Option<Field> {
     if name.contains('=') || default.starts_with('=') {
         return None;
     }
+    let r#type = field_type(kind);
+    // rosidl writes defaults of floating-point numbers as such.
+    let default_value = match (r#type.type_id, default.parse::<f64>()) {
+        (FLOAT | DOUBLE, Ok(value)) => format!("{value:?}"),
+        _ => default,
+    };
     Some(Field {
         name: name.to_owned(),
-        r#type: field_type(kind),
-        default_value: default,
+        r#type,
+        default_value,
     })
 }
 
@@ -126,8 +134,8 @@ fn primitive(name: &str) -> Option<u8> {
         "uint32" => 7,
         "int64" => 8,
         "uint64" => 9,
-        "float32" => 10,
-        "float64" => 11,
+        "float32" => FLOAT,
+        "float64" => DOUBLE,
         "bool" => 15,
         "byte" => 16,
         "string" => STRING,

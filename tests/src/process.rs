@@ -87,6 +87,11 @@ impl Program {
         self
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The command, with `--ros-args` where there are any.
     pub fn command(&self) -> Command {
         let mut command = Command::new(&self.path);
@@ -164,6 +169,11 @@ impl Running {
             );
             std::thread::sleep(Duration::from_millis(20));
         }
+    }
+
+    /// Number of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     /// Whether it still runs.
