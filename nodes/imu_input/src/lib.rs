@@ -24,7 +24,24 @@ pub fn samples_report(
         .with("repeated", counts.repeated)
         .with("backward", counts.backward)
         .with("not finite", not_finite)
-        .with("restarts", restarts);
+        .with("restarts", restarts)
+        .with("zero stamps", stamps.zero())
+        .with("jitter [ms]", milliseconds(stamps.jitter_nanos()))
+        .with(
+            "longest interval [ms]",
+            milliseconds(Some(stamps.longest_nanos())),
+        )
+        .with("last good stamp [s]", seconds(stamps.last_nanos()));
+    // One is where a simulated clock begins.
+    if stamps.zero() > 1 {
+        let (topic, zero) = (watch.topic(), stamps.zero());
+        return report.worsened(
+            Level::Error,
+            &format!(
+                "{topic}: {zero} messages without a stamp: the driver does not set header.stamp"
+            ),
+        );
+    }
     if counts.gaps == 0 {
         return report;
     }
@@ -33,4 +50,51 @@ pub fn samples_report(
         Level::Warn,
         &format!("{topic}: {gaps} gaps, {lost} samples lost"),
     )
+}
+
+fn milliseconds(nanos: Option<i64>) -> String {
+    nanos.map_or_else(
+        || "unknown".to_owned(),
+        |nanos| format!("{:.3}", nanos as f64 * 1e-6),
+    )
+}
+
+/// Seconds and nanoseconds, as the log has them.
+fn seconds(nanos: Option<i64>) -> String {
+    nanos.map_or_else(
+        || "none".to_owned(),
+        |nanos| {
+            let (seconds, rest) = (
+                nanos.div_euclid(1_000_000_000),
+                nanos.rem_euclid(1_000_000_000),
+            );
+            format!("{seconds}.{rest:09}")
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    /// A driver that never sets the stamp is told as what it is, not as repeated samples.
+    #[test]
+    fn missing_stamps_are_an_error() {
+        let watch = InputWatch::required("imu/data_raw", Duration::from_secs(2));
+        let mut stamps = StreamMonitor::default();
+        [5_000_000, 15_000_000, 26_000_000, 35_000_000].map(|nanos| stamps.ingest(nanos));
+        let report =
+            |stamps: &StreamMonitor| samples_report(&watch, stamps, StreamCounts::default(), 0, 0);
+        let good = report(&stamps);
+        assert_eq!(good.level(), Level::Ok);
+        assert_eq!(good.value("jitter [ms]"), Some("2.000"));
+        assert_eq!(good.value("last good stamp [s]"), Some("0.035000000"));
+        stamps.ingest(0);
+        assert_eq!(report(&stamps).level(), Level::Ok);
+        stamps.ingest(0);
+        assert_eq!(report(&stamps).level(), Level::Error);
+        assert_eq!(report(&stamps).value("zero stamps"), Some("2"));
+    }
 }

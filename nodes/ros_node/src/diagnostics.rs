@@ -74,6 +74,17 @@ impl Report {
         self
     }
 
+    /// How it is.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The value of this key.
+    pub fn value(&self, key: &str) -> Option<&str> {
+        let found = self.values.iter().find(|(known, _)| known == key);
+        found.map(|(_, value)| value.as_str())
+    }
+
     /// Raises the level and adds to the message, where this is worse than before.
     #[must_use]
     pub fn worsened(mut self, level: Level, message: &str) -> Self {
@@ -109,6 +120,7 @@ impl From<&StreamMonitor> for Report {
             .with("lost", lost)
             .with("repeated_stamps", repeated)
             .with("backward_stamps", backward)
+            .with("zero_stamps", monitor.zero())
             .with("longest_interval_s", monitor.longest_nanos() as f64 * 1e-9)
     }
 }

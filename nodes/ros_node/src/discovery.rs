@@ -175,6 +175,8 @@ fn announce_to(identity: Identity, peer: Ipv4Addr) -> io::Result<()> {
 
 /// A DATA submessage of the participant writer, with what comes behind its header.
 fn message(identity: Identity, flags: u8, sequence_number: u32, rest: &[u8]) -> Vec<u8> {
+    const DATA: u8 = 0x15;
+    const LITTLE_ENDIAN: u8 = 1;
     let mut data = Vec::with_capacity(20 + rest.len());
     data.extend([0, 0]);
     // From here to what follows the sequence number.
@@ -190,8 +192,6 @@ fn message(identity: Identity, flags: u8, sequence_number: u32, rest: &[u8]) -> 
     message.extend(RTPS_VERSION);
     message.extend(VENDOR);
     message.extend(&identity.guid[..12]);
-    const DATA: u8 = 0x15;
-    const LITTLE_ENDIAN: u8 = 1;
     message.extend([DATA, flags | LITTLE_ENDIAN]);
     message.extend(u16::try_from(data.len()).unwrap_or(0).to_le_bytes());
     message.extend(data);

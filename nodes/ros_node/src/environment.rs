@@ -111,13 +111,11 @@ impl Environment {
 
 fn resolve(peer: &str) -> Option<Ipv4Addr> {
     // The port is only there to be resolved with the name.
-    let addresses = (peer, 7400).to_socket_addrs().ok()?;
-    addresses
-        .filter_map(|address| match address {
-            SocketAddr::V4(address) => Some(*address.ip()),
-            SocketAddr::V6(_) => None,
-        })
-        .next()
+    let mut addresses = (peer, 7400).to_socket_addrs().ok()?;
+    addresses.find_map(|address| match address {
+        SocketAddr::V4(address) => Some(*address.ip()),
+        SocketAddr::V6(_) => None,
+    })
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@ pub struct StreamMonitor {
     lost: u64,
     repeated: u64,
     backward: u64,
+    zero: u64,
     last_nanos: Option<i64>,
     longest_nanos: i64,
     recent: VecDeque<i64>,
@@ -37,6 +38,10 @@ impl StreamMonitor {
     /// Takes the next stamp, in nanoseconds; `true` where it follows a gap.
     pub fn ingest(&mut self, stamp_nanos: i64) -> bool {
         self.received += 1;
+        if stamp_nanos == 0 {
+            self.zero += 1;
+            return false;
+        }
         let Some(last) = self.last_nanos else {
             self.last_nanos = Some(stamp_nanos);
             return false;
@@ -107,6 +112,19 @@ impl StreamMonitor {
     /// Stamps earlier than the one before.
     pub fn backward(&self) -> u64 {
         self.backward
+    }
+
+    /// Stamps that were never set.
+    pub fn zero(&self) -> u64 {
+        self.zero
+    }
+
+    /// How much the last 31 intervals differ: the longest less the shortest; `None` before three intervals.
+    pub fn jitter_nanos(&self) -> Option<i64> {
+        match (self.sorted.as_slice(), self.interval_nanos()) {
+            ([shortest, .., longest], Some(_)) => Some(longest - shortest),
+            _ => None,
+        }
     }
 
     /// Newest stamp.
