@@ -84,7 +84,9 @@ mod tests {
     fn missing_stamps_are_an_error() {
         let watch = InputWatch::required("imu/data_raw", Duration::from_secs(2));
         let mut stamps = StreamMonitor::default();
-        [5_000_000, 15_000_000, 26_000_000, 35_000_000].map(|nanos| stamps.ingest(nanos));
+        for nanos in [5_000_000, 15_000_000, 26_000_000, 35_000_000] {
+            stamps.ingest(nanos);
+        }
         let report =
             |stamps: &StreamMonitor| samples_report(&watch, stamps, StreamCounts::default(), 0, 0);
         let good = report(&stamps);
