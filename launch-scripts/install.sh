@@ -30,7 +30,7 @@ done
 
 # The package of nodes, launch files and parameters.
 install -m 644 nodes/rotary_sins/package.xml "$share/rotary_sins/package.xml"
-for folder in launch config layouts; do
+for folder in launch config layouts urdf; do
     [ -d "launch-scripts/$folder" ] || continue
     rm -rf "${share:?}/rotary_sins/$folder"
     cp -R "launch-scripts/$folder" "$share/rotary_sins/$folder"
