@@ -32,6 +32,6 @@ pub use isolation::isolated;
 pub use peers::{Peer, data_file, peer_python, skip};
 pub use process::{Program, Running, wait_until};
 pub use recorded_run::RecordedRun;
-pub use recording::{alter_imu, estimates, messages, within_namespace, without_topic};
+pub use recording::{alter, alter_imu, estimates, messages, within_namespace, without_topic};
 pub use scene::Scene;
 pub use tolerance::{assert_within_sigmas, vector};

@@ -189,8 +189,7 @@ impl Running {
 
     /// SIGINT, as Ctrl-C sends it; the process must then end by itself, with status 0, soon.
     pub fn interrupt(&mut self) {
-        self.signal(Signal::INT);
-        let status = self.wait(Duration::from_secs(5));
+        let status = self.end();
         assert!(status.success(), "{} after SIGINT: {status}", self.label);
     }
 
@@ -198,6 +197,22 @@ impl Running {
     pub fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
+    }
+
+    /// SIGSTOP: from now on it does nothing.
+    pub fn freeze(&self) {
+        self.signal(Signal::STOP);
+    }
+
+    /// SIGCONT: it goes on.
+    pub fn thaw(&self) {
+        self.signal(Signal::CONT);
+    }
+
+    /// SIGINT, and the status it ends with.
+    pub fn end(&mut self) -> ExitStatus {
+        self.signal(Signal::INT);
+        self.wait(Duration::from_secs(5))
     }
 
     fn signal(&self, signal: Signal) {

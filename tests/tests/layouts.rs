@@ -426,7 +426,7 @@ fn model(urdf: &str, run: &RecordedRun) -> Vec<String> {
 
 type Check = fn(&str, &RecordedRun) -> Vec<String>;
 
-/// The layouts have no problem; with one word misspelt each has exactly that one.
+/// The layouts have no problem; with any of these words misspelt they have one.
 #[test]
 fn what_layouts_name_is_there() {
     isolated(|| {

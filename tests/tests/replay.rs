@@ -191,3 +191,35 @@ fn late_compensator_gets_the_latched_calibration() {
         late.interrupt();
     });
 }
+
+/// A recorder that did not run for a while says what it lost, and its exit status says that it lost something.
+#[test]
+fn losses_of_the_recorder_are_its_exit_status() {
+    isolated(|| {
+        let scene = Scene::new("recorder_loses");
+        let bag = scene.folder().join("recording");
+        let mut recorder = scene.start_apart(
+            &Program::new("rotary-sins")
+                .args("record /imu/data_raw --depth 1 --output")
+                .arg(&bag),
+        );
+        let mut simulator = scene.start_apart(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "200.0")
+                .parameter("speed", "20.0")
+                .parameter("publish_timeout_s", "0.0"),
+        );
+        recorder.wait_for_line("recording /imu/data_raw", Duration::from_secs(20));
+        std::thread::sleep(Duration::from_millis(500));
+        recorder.freeze();
+        std::thread::sleep(Duration::from_secs(2));
+        recorder.thaw();
+        std::thread::sleep(Duration::from_secs(1));
+        let status = recorder.end();
+        simulator.interrupt();
+        assert_eq!(status.code(), Some(3), "{}", recorder.log());
+        assert!(recorder.log().contains("messages were lost"));
+        // What there is, is whole.
+        assert!(!messages::<Imu>(&bag, "/imu/data_raw").is_empty());
+    });
+}
