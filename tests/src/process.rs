@@ -199,16 +199,6 @@ impl Running {
         self.child.wait().unwrap();
     }
 
-    /// SIGSTOP: from now on it does nothing.
-    pub fn freeze(&self) {
-        self.signal(Signal::STOP);
-    }
-
-    /// SIGCONT: it goes on.
-    pub fn thaw(&self) {
-        self.signal(Signal::CONT);
-    }
-
     /// SIGINT, and the status it ends with.
     pub fn end(&mut self) -> ExitStatus {
         self.signal(Signal::INT);

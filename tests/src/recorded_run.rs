@@ -45,7 +45,7 @@ pub struct RecordedRun {
 
 impl RecordedRun {
     /// Runs the nodes, which takes some 10 s; in a network of its own, see [`crate::isolated`]. The truth stands in for the
-    /// calibration, so that navigation begins after two minutes of simulated time.
+    /// calibration, so that navigation begins after two minutes of simulated time; sentences go to nobody.
     pub fn make(test: &str) -> Self {
         let mut scene = Scene::new(test);
         let scheme = scene.folder().join("two-turns.yaml");
@@ -57,6 +57,7 @@ impl RecordedRun {
                 .parameter("use_sim_time", "true")
                 .parameter("alignment_s", "120.0")
                 .parameter("coarse_alignment_s", "60.0")
+                .parameter("nmea_udp", "127.0.0.1:10110")
                 .remap("self_calibration/calibration", "ground_truth/calibration"),
         );
         scene.start(&Program::new("self_calibrator").parameter("use_sim_time", "true"));

@@ -192,7 +192,7 @@ fn late_compensator_gets_the_latched_calibration() {
     });
 }
 
-/// A recorder that did not run for a while says what it lost, and its exit status says that it lost something.
+/// A recorder that cannot keep up says what it lost, and its exit status says that it lost something.
 #[test]
 fn losses_of_the_recorder_are_its_exit_status() {
     isolated(|| {
@@ -205,16 +205,11 @@ fn losses_of_the_recorder_are_its_exit_status() {
         );
         let mut simulator = scene.start_apart(
             &Program::new("imu_simulator")
-                .parameter("imu_rate_hz", "200.0")
-                .parameter("speed", "20.0")
-                .parameter("publish_timeout_s", "0.0"),
+                .parameter("imu_rate_hz", "1000.0")
+                .parameter("speed", "0.0"),
         );
         recorder.wait_for_line("recording /imu/data_raw", Duration::from_secs(20));
-        std::thread::sleep(Duration::from_millis(500));
-        recorder.freeze();
-        std::thread::sleep(Duration::from_secs(2));
-        recorder.thaw();
-        std::thread::sleep(Duration::from_secs(1));
+        std::thread::sleep(Duration::from_secs(3));
         let status = recorder.end();
         simulator.interrupt();
         assert_eq!(status.code(), Some(3), "{}", recorder.log());
