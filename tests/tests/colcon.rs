@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
-use std::ffi::OsString;
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -20,59 +20,61 @@ fn environment() -> Option<PathBuf> {
     None
 }
 
-fn colcon(environment: &Path, workspace: &Path, arguments: &str) -> Answer {
-    let mut path = OsString::from(environment.join("bin"));
-    path.push(":");
-    path.push(std::env::var_os("PATH").unwrap());
-    let output = Command::new(environment.join("bin/colcon"))
-        .args(arguments.split(' '))
-        .current_dir(workspace)
-        .env("PATH", path)
-        .env("COLCON_LOG_PATH", workspace.join("log"))
-        .env_remove("AMENT_PREFIX_PATH")
-        .output()
-        .unwrap();
-    Answer::from(output).expect_status(0)
+/// A line of a shell that has sourced ROS 2, here the wheels of the peer.
+fn sourced(ros: &Path, folder: &Path, line: &str) -> Answer {
+    let script = format!(
+        ". '{}/tests/ros2_peers/environment.sh' '{ros}' && export CMAKE_PREFIX_PATH='{ros}' PATH='{ros}/bin':\"$PATH\" && {line}",
+        repository().display(),
+        ros = ros.display(),
+    );
+    let output = Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(folder)
+        .output();
+    Answer::from(output.unwrap()).expect_status(0)
 }
 
-fn files(folder: &Path) -> BTreeSet<String> {
-    let entries =
-        fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    entries
+fn names(folder: &Path) -> BTreeSet<String> {
+    fs::read_dir(folder)
+        .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .filter(|name| !name.starts_with("__"))
         .collect()
 }
 
-/// The two packages are found and no crate beside them; the nodes' package is built, and its prefix has executables, launch files,
-/// parameters, layouts, model and the entry in the index, as `install.sh` lays them out.
+/// The two packages are found and no crate beside them; both are built, and the prefix of the nodes' package has executables,
+/// launch files, parameters, layouts, model and the entry in the index, as `install.sh` lays them out.
 #[test]
-fn colcon_builds_the_package() {
-    let Some(environment) = environment() else {
+fn colcon_builds_both_packages() {
+    let (Some(environment), Some(python)) = (environment(), peer_python("kilted")) else {
         return;
     };
+    let ros = python.ancestors().nth(2).unwrap();
     let workspace = scratch("colcon");
     fs::create_dir(workspace.join("src")).unwrap();
-    std::os::unix::fs::symlink(repository(), workspace.join("src/rotary_sins")).unwrap();
+    symlink(repository(), workspace.join("src/rotary_sins")).unwrap();
     // A working tree has what a clone has not: environments and prefixes of other tests.
     fs::write(target_directory().join("COLCON_IGNORE"), "").unwrap();
     // What cargo has built for these tests is not built once more.
     fs::create_dir(workspace.join("build")).unwrap();
-    std::os::unix::fs::symlink(target_directory(), workspace.join("build/rotary_sins")).unwrap();
+    symlink(target_directory(), workspace.join("build/rotary_sins")).unwrap();
+    let colcon = |arguments: &str| {
+        let bin = environment.join("bin");
+        let bin = bin.display();
+        let line = format!("PATH='{bin}':\"$PATH\" COLCON_LOG_PATH=log '{bin}/colcon' {arguments}");
+        sourced(ros, &workspace, &line).stdout
+    };
 
-    let found = colcon(&environment, &workspace, "list --names-only");
-    let names: Vec<&str> = found.stdout.lines().collect();
+    let found = colcon("list --names-only");
     assert_eq!(
-        names,
-        ["rotary_sins", "rotary_sins_msgs"],
-        "{}",
-        found.stderr
+        found.lines().collect::<Vec<_>>(),
+        ["rotary_sins", "rotary_sins_msgs"]
     );
-    let _ = colcon(
-        &environment,
-        &workspace,
-        "build --packages-select rotary_sins --cargo-args --release --workspace --bins",
-    );
+    colcon(&format!(
+        "build --cargo-args --release --workspace --bins \
+         --cmake-args -GNinja -DBUILD_TESTING=OFF -Wno-dev -DPython3_EXECUTABLE='{}'",
+        python.display()
+    ));
 
     let prefix = workspace.join("install/rotary_sins");
     let executables = [
@@ -83,11 +85,11 @@ fn colcon_builds_the_package() {
         "self_calibrator",
     ];
     let lib = prefix.join("lib/rotary_sins");
-    assert_eq!(files(&lib), executables.map(str::to_owned).into());
+    assert_eq!(names(&lib), executables.map(str::to_owned).into());
     let share = prefix.join("share/rotary_sins");
     for folder in ["launch", "config", "layouts", "urdf"] {
         let ours = repository().join("launch-scripts").join(folder);
-        assert_eq!(files(&share.join(folder)), files(&ours), "{folder}");
+        assert_eq!(names(&share.join(folder)), names(&ours), "{folder}");
     }
     let package = fs::read(repository().join("nodes/rotary_sins/package.xml")).unwrap();
     assert_eq!(fs::read(share.join("package.xml")).unwrap(), package);
@@ -96,28 +98,20 @@ fn colcon_builds_the_package() {
     // What stands there is offered as a patch to every crate that colcon builds afterwards.
     assert!(!index.join("rust_packages").exists());
 
+    // What a user does next.
+    let ask = "from ament_index_python import get_package_prefix as p\n\
+               from rotary_sins_msgs.msg import SchemeStatus\n\
+               print(p('rotary_sins'), p('rotary_sins_msgs'), SchemeStatus.FAULT)\n";
+    fs::write(workspace.join("ask.py"), ask).unwrap();
     let line = format!(
-        ". '{0}/install/setup.sh' && '{1}/self_calibrator' --help && echo $AMENT_PREFIX_PATH",
-        workspace.display(),
-        lib.display(),
+        ". install/setup.sh && '{}/self_calibrator' --help && python ask.py",
+        lib.display()
     );
-    let output = Command::new("sh")
-        .args(["-c", &line])
-        .env_remove("AMENT_PREFIX_PATH")
-        .output();
-    let answer = Answer::from(output.unwrap()).expect_status(0);
-    assert_eq!(
-        answer.stdout.lines().last().unwrap(),
-        prefix.to_str().unwrap()
+    let answer = sourced(ros, &workspace, &line);
+    let installed = workspace.join("install");
+    let expected = format!(
+        "{0}/rotary_sins {0}/rotary_sins_msgs 7",
+        installed.display()
     );
-    let Some(python) = peer_python("kilted") else {
-        return;
-    };
-    let ask = "from ament_index_python import get_package_prefix as p; print(p('rotary_sins'))";
-    let output = Command::new(python)
-        .args(["-c", ask])
-        .env("AMENT_PREFIX_PATH", &prefix)
-        .output();
-    let answer = Answer::from(output.unwrap()).expect_status(0);
-    assert_eq!(answer.stdout.trim(), prefix.to_str().unwrap());
+    assert_eq!(answer.stdout.lines().last().unwrap(), expected);
 }
