@@ -181,19 +181,18 @@ impl SensorInput {
             return path.to_string();
         }
         let instead = "or give --latitude-deg and --longitude-deg";
-        match bag.find_topic(NavSatFix::TYPE_NAME, "/fix", self.fix_topic.as_deref()) {
-            Err(error) => format!("{error}; {instead}"),
-            Ok(topic) => match bags::last_position_before(bag, topic, u64::MAX) {
-                Ok(Some(_)) => path.to_string(),
-                _ => {
-                    let topic = &bag.topics()[topic];
-                    format!(
-                        "{path}: none of the {} messages of {} has a position; {instead}",
-                        topic.count, topic.name
-                    )
-                }
-            },
+        let topic = match bag.find_topic(NavSatFix::TYPE_NAME, "/fix", self.fix_topic.as_deref()) {
+            Ok(topic) => topic,
+            Err(error) => return format!("{error}; {instead}"),
+        };
+        if let Ok(Some(_)) = bags::last_position_before(bag, topic, u64::MAX) {
+            return path.to_string();
         }
+        let topic = &bag.topics()[topic];
+        format!(
+            "{path}: none of the {} messages of {} has a position; {instead}",
+            topic.count, topic.name
+        )
     }
 
     /// What was asked for, for the reader of bags.
