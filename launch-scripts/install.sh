@@ -50,6 +50,9 @@ for package in rotary_sins rotary_sins_msgs; do
         tr -d '\n' >"$index/package_run_dependencies/$package"
 done
 
+# As colcon marks what it installs: nothing in here is built again, where the prefix stands within a workspace.
+: >"$prefix/COLCON_IGNORE"
+
 # What a shell needs to find it. No other setup of this prefix is called, so it may stand beside or above others.
 for name in setup.sh setup.bash local_setup.sh local_setup.bash; do
     cat >"$prefix/$name" <<SETUP
