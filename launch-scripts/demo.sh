@@ -15,8 +15,7 @@ if ! command -v cargo >/dev/null; then
     echo "demo.sh: cargo is missing; install a Rust toolchain, see https://rustup.rs" >&2
     exit 2
 fi
-cargo build --release --bins -p imu_simulator -p scheme_sequencer -p self_calibrator -p navigation_compensator \
-    -p rotary_sins || exit 2
+cargo build --release --bins -p rotary_sins || exit 2
 
 arguments=(demo)
 if [[ " $* " != *" --output"* ]]; then

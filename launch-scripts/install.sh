@@ -30,7 +30,7 @@ done
 
 # The package of nodes, launch files and parameters.
 install -m 644 nodes/rotary_sins/package.xml "$share/rotary_sins/package.xml"
-for folder in launch config layouts; do
+for folder in launch config layouts urdf; do
     [ -d "launch-scripts/$folder" ] || continue
     rm -rf "${share:?}/rotary_sins/$folder"
     cp -R "launch-scripts/$folder" "$share/rotary_sins/$folder"
@@ -49,6 +49,9 @@ for package in rotary_sins rotary_sins_msgs; do
     sed -n 's#.*<\(exec_depend\|depend\)>\(.*\)</.*#\2#p' "$share/$package/package.xml" | paste -sd ';' - |
         tr -d '\n' >"$index/package_run_dependencies/$package"
 done
+
+# As colcon marks what it installs: nothing in here is built again, where the prefix stands within a workspace.
+: >"$prefix/COLCON_IGNORE"
 
 # What a shell needs to find it. No other setup of this prefix is called, so it may stand beside or above others.
 for name in setup.sh setup.bash local_setup.sh local_setup.bash; do

@@ -71,6 +71,7 @@ step "lints" cargo clippy --quiet --workspace --all-targets -- -D warnings
 step "documentation" env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace
 step "executables" cargo build --quiet --release --workspace --bins
 step "real ROS 2 peers" finish_peers
+step "colcon" tests/colcon/setup.sh
 step "tests" run_tests
 
 count() { awk -v word="$1" '/^test result:/ { for (i = 2; i <= NF; i++) if ($i ~ "^" word) sum += $(i - 1) } END { print sum + 0 }' "$logs/cargo-test.log"; }

@@ -10,7 +10,7 @@ use memmap2::Mmap;
 use rotary_sins_msgs::known_type;
 
 use crate::{
-    error::{Damage, Error, Warning},
+    error::{Error, Warning},
     index::FileIndex,
     messages::{Messages, Selection},
     metadata::{self, MetadataRead, Qos},
@@ -73,13 +73,13 @@ impl Bag {
     /// Opens an MCAP file or a rosbag2 directory.
     ///
     /// # Errors
-    /// Where the path cannot be read or is no bag. Damage inside of a bag is no error: see [`Self::warnings`].
+    /// Where the path cannot be read, is no bag, or lacks a file that its metadata names. Damage inside of a bag is no error: see [`Self::warnings`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let kind = fs::metadata(path).map_err(|e| Error::io(path, e))?;
         let mut warnings = Vec::new();
         let paths = if kind.is_dir() {
-            files_of(path, &mut warnings)?
+            files_of(path)?
         } else {
             vec![path.to_owned()]
         };
@@ -233,10 +233,10 @@ impl Bag {
 
 /// The MCAP files of a rosbag2 directory: those of `metadata.yaml`, or all where there is none (a recorder that was
 /// killed leaves none).
-fn files_of(directory: &Path, warnings: &mut Vec<Warning>) -> Result<Vec<PathBuf>, Error> {
+fn files_of(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let yaml_path = directory.join(metadata::FILE_NAME);
     let mut files = match fs::read_to_string(&yaml_path) {
-        Ok(yaml) => files_of_metadata(directory, &yaml_path, &yaml, warnings)?,
+        Ok(yaml) => files_of_metadata(directory, &yaml_path, &yaml)?,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(e) => return Err(Error::io(&yaml_path, e)),
     };
@@ -265,7 +265,6 @@ fn files_of_metadata(
     directory: &Path,
     yaml_path: &Path,
     yaml: &str,
-    warnings: &mut Vec<Warning>,
 ) -> Result<Vec<PathBuf>, Error> {
     let information = serde_saphyr::from_str::<MetadataRead>(yaml)
         .map_err(|error| Error::not_a_bag(yaml_path, first_line(&error.to_string())))?
@@ -286,16 +285,12 @@ fn files_of_metadata(
     let mut files = Vec::new();
     for name in information.relative_file_paths {
         let path = directory.join(&name);
-        if path.is_file() {
-            files.push(path);
-        } else {
-            warnings.push(Warning {
-                path,
-                offset: 0,
-                log_time: None,
-                what: Damage::FileMissing,
-            });
+        // A part that is gone is hours of samples, not damage that one reads past.
+        if !path.is_file() {
+            let reason = format!("not there, but {} names it", yaml_path.display());
+            return Err(Error::not_a_bag(&path, reason));
         }
+        files.push(path);
     }
     Ok(files)
 }

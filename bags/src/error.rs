@@ -115,8 +115,6 @@ pub enum Damage {
         /// How many.
         length: u64,
     },
-    /// A file that the metadata names is not there.
-    FileMissing,
 }
 
 impl std::fmt::Display for Warning {
@@ -138,7 +136,6 @@ impl std::fmt::Display for Warning {
                     self.offset
                 )?;
             }
-            Damage::FileMissing => write!(f, "{path}: named in metadata.yaml but not there")?,
         }
         match self.log_time {
             Some(t) => write!(

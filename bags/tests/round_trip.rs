@@ -87,7 +87,7 @@ fn bags_do_not_mix() {
     assert!(yaml.contains("a.mcap") && !yaml.contains("b.mcap"));
 }
 
-/// A split bag is one stream, in the order of time whatever the names say; a part that is gone is a warning.
+/// A split bag is one stream, in the order of time whatever the names say; one that lacks a part is refused by its name.
 #[test]
 fn split_bag() {
     let directory = tempfile::tempdir().unwrap();
@@ -99,16 +99,23 @@ fn split_bag() {
             10_000,
         );
     }
-    let yaml = "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  \
-                relative_file_paths: [z_first.mcap, a_second.mcap, gone.mcap]\n";
-    fs::write(directory.path().join("metadata.yaml"), yaml).unwrap();
+    let describe = |files: &str| {
+        let yaml = format!(
+            "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  \
+             relative_file_paths: [{files}]\n"
+        );
+        fs::write(directory.path().join("metadata.yaml"), yaml).unwrap();
+    };
+    describe("z_first.mcap, a_second.mcap");
     let contents = read_all(directory.path());
     assert_eq!(contents.messages.len(), 50 * 2 + 1 + 100 * 2 + 1);
     assert!(contents.messages.is_sorted_by_key(|(_, time, _)| *time));
+    assert!(contents.warnings.is_empty());
+    describe("z_first.mcap, gone.mcap, a_second.mcap");
+    let error = Bag::open(directory.path()).err().unwrap().to_string();
     assert!(
-        contents.warnings[0]
-            .to_string()
-            .contains("gone.mcap: named in metadata.yaml but not there")
+        error.contains("gone.mcap: not there, but") && !error.contains('\n'),
+        "{error}"
     );
 }
 

@@ -199,8 +199,7 @@ impl Running {
 
     /// SIGINT, as Ctrl-C sends it; the process must then end by itself, with status 0, soon.
     pub fn interrupt(&mut self) {
-        self.signal(Signal::INT);
-        let status = self.wait(Duration::from_secs(5));
+        let status = self.end();
         assert!(status.success(), "{} after SIGINT: {status}", self.label);
     }
 
@@ -208,6 +207,12 @@ impl Running {
     pub fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
+    }
+
+    /// SIGINT, and the status it ends with.
+    pub fn end(&mut self) -> ExitStatus {
+        self.signal(Signal::INT);
+        self.wait(Duration::from_secs(5))
     }
 
     fn signal(&self, signal: Signal) {

@@ -49,16 +49,25 @@ pub fn within_namespace(bag: &Path, to: &Path, namespace: &str) {
 }
 
 /// Copies a bag with its Imu messages changed; the change is told which one it has, from 0.
-pub fn alter_imu(bag: &Path, to: &Path, mut change: impl FnMut(usize, &mut Imu)) {
+pub fn alter_imu(bag: &Path, to: &Path, change: impl FnMut(usize, &mut Imu)) {
+    alter(bag, to, "/imu/data_raw", change);
+}
+
+/// Copies a bag with the messages of one topic changed; the change is told which one it has, from 0.
+pub fn alter<M: RosMessage>(
+    bag: &Path,
+    to: &Path,
+    topic: &str,
+    mut change: impl FnMut(usize, &mut M),
+) {
     let mut index = 0;
     copy_messages(bag, to, |name, data| {
         let mut payload = data.to_owned();
-        if name == "/imu/data_raw" {
-            let mut imu: Imu = cdr::decode(data).unwrap();
-            change(index, &mut imu);
+        if name == topic {
+            let mut message: M = cdr::decode(data).unwrap();
+            change(index, &mut message);
             index += 1;
-            payload.clear();
-            cdr::encode(&imu, &mut payload).unwrap();
+            cdr::encode(&message, &mut payload).unwrap();
         }
         Some(payload)
     });

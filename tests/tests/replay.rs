@@ -191,3 +191,30 @@ fn late_compensator_gets_the_latched_calibration() {
         late.interrupt();
     });
 }
+
+/// A recorder that cannot keep up says what it lost, and its exit status says that it lost something.
+#[test]
+fn losses_of_the_recorder_are_its_exit_status() {
+    isolated(|| {
+        let scene = Scene::new("recorder_loses");
+        let bag = scene.folder().join("recording");
+        let mut recorder = scene.start_apart(
+            &Program::new("rotary-sins")
+                .args("record /imu/data_raw --depth 1 --output")
+                .arg(&bag),
+        );
+        let mut simulator = scene.start_apart(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "1000.0")
+                .parameter("speed", "0.0"),
+        );
+        recorder.wait_for_line("recording /imu/data_raw", Duration::from_secs(20));
+        std::thread::sleep(Duration::from_secs(3));
+        let status = recorder.end();
+        simulator.interrupt();
+        assert_eq!(status.code(), Some(3), "{}", recorder.log());
+        assert!(recorder.log().contains("messages were lost"));
+        // What there is, is whole.
+        assert!(!messages::<Imu>(&bag, "/imu/data_raw").is_empty());
+    });
+}

@@ -98,6 +98,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             .finish()
             .with_context(|| options.input.what_is_missing(&bag))?,
     };
+    notes.tell();
     let sigma = estimate.vehicle_sigma();
     let q = estimate.navigation.attitude;
     let result = Alignment {

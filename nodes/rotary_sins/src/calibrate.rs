@@ -138,6 +138,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
+    notes.tell();
     if let Some(doubt) = estimate.axes_doubt() {
         let line = format!("{}: {doubt}", bag.path().display());
         output::note(&line);

@@ -90,7 +90,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let mut first: Option<NavigatorOutput> = None;
     let mut last: Option<NavigatorOutput> = None;
     let mut start = None;
-    let notes = options.input.feed(&bag, "navigating", |sample, progress| {
+    let mut notes = options.input.feed(&bag, "navigating", |sample, progress| {
         match sample {
             Sample::Imu(imu) => {
                 start.get_or_insert(imu.stamp);
@@ -122,11 +122,12 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let (Some(first), Some(last), Some(start)) = (first, last, start) else {
         anyhow::bail!(
             "{}: navigation did not begin: it stands at {}, and needs {} s at rest and a position",
-            bag.path().display(),
+            options.input.what_is_missing(&bag),
             navigator.phase().name(),
             options.alignment_s
         );
     };
+    notes.tell();
     ensure!(
         fixes > 0,
         "{}: no position to hold the navigation against after its start",

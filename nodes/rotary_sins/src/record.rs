@@ -4,6 +4,10 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     path::PathBuf,
     process::ExitCode,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::Duration,
 };
 
@@ -24,11 +28,18 @@ const BATCH: usize = 256;
 /// Batches on the way to the file. When it is full the readers fill up, and what they lose is counted.
 const QUEUE: usize = 256;
 
+/// Exit status where the bag is whole, but messages did not reach it.
+const LOST: u8 = 3;
+
 /// A stamp that is further than this from the simulated time is of another clock \[ns\].
 const SAME_CLOCK: i64 = 600_000_000_000;
 
 /// Options of `record`.
 #[derive(Args, Clone)]
+#[command(
+    after_help = "Exit status: 0 done, 1 it broke down, 2 unusable arguments, 3 the bag is whole but messages were lost \
+                        on the way to it (a line names each topic)"
+)]
 pub struct Options {
     /// Topics; none means all
     topics: Vec<String>,
@@ -76,7 +87,8 @@ enum LogTime {
     Stamp,
 }
 
-/// Records until it is told to end. `ros_arguments` are those behind `--ros-args`, with it.
+/// Records until it is told to end. `ros_arguments` are those behind `--ros-args`, with it. Exit status: that of a node, and 3
+/// where messages were lost on the way.
 pub fn run(options: &Options, ros_arguments: Vec<String>) -> ExitCode {
     let mut arguments = ros_arguments;
     if options.use_sim_time {
@@ -86,10 +98,24 @@ pub fn run(options: &Options, ros_arguments: Vec<String>) -> ExitCode {
     let builder = NodeBuilder::new("rotary_sins_recorder")
         .about("records topics into a bag")
         .worker_threads(2);
-    ros_node::run_with(arguments, builder, |node| record(node, options.clone()))
+    let lost = Arc::new(AtomicBool::new(false));
+    let status = ros_node::run_with(arguments, builder, |node| {
+        let (options, found) = (options.clone(), Arc::clone(&lost));
+        async move {
+            let any = record(node, options).await?;
+            found.store(any, Ordering::SeqCst);
+            anyhow::Ok(())
+        }
+    });
+    if lost.load(Ordering::SeqCst) {
+        ExitCode::from(LOST)
+    } else {
+        status
+    }
 }
 
-async fn record(node: Node, options: Options) -> anyhow::Result<()> {
+/// Whether messages were lost.
+async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
     if options
         .duration
         .is_some_and(|seconds| !(seconds > 0.0 && seconds < 1e9))
@@ -138,7 +164,7 @@ async fn record(node: Node, options: Options) -> anyhow::Result<()> {
     let losses: Vec<(String, u64)> = tasks.join_all().await;
     let summary = writer.await.context("the writer of the bag broke down")??;
     report(&summary, &losses, &wanted, &seen);
-    Ok(())
+    Ok(losses.iter().any(|(_, lost)| *lost > 0))
 }
 
 /// Which topics are wanted.

@@ -5,13 +5,14 @@ use std::{ops::ControlFlow, path::PathBuf, sync::mpsc};
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
+use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{
     self_calibration::PositionFix,
     time::Stamp,
     turntable::{Axis, Turntable},
 };
 
-use crate::progress::Progress;
+use crate::{output, progress::Progress};
 
 /// Samples handed over at once ...
 const BATCH: usize = 1024;
@@ -78,6 +79,8 @@ pub struct Notes {
     pub undecodable_messages: u64,
     /// Lines for a person.
     pub lines: Vec<String>,
+    /// Of those, what was not said yet.
+    held: Vec<String>,
     not_finite: u64,
 }
 
@@ -96,9 +99,15 @@ impl Notes {
                 return;
             }
         }
-        // An alignment that fails again for the same reason is no news.
+        // An alignment that fails again for the same reason is no news; and where none succeeds, the refusal says why.
         let line = format!("{topic}: {error}");
-        if !self.lines.contains(&line) {
+        if self.lines.contains(&line) {
+            return;
+        }
+        if matches!(error, sins::Error::Alignment { .. }) {
+            self.held.push(line.clone());
+            self.lines.push(line);
+        } else {
             self.say(progress, line);
         }
     }
@@ -108,6 +117,13 @@ impl Notes {
         self.undecodable_messages += 1;
         if self.undecodable_messages == 1 {
             self.say(progress, error.to_string());
+        }
+    }
+
+    /// Says what was held back, where there is a result all the same.
+    pub fn tell(&mut self) {
+        for line in self.held.drain(..) {
+            output::note(line);
         }
     }
 
@@ -160,16 +176,23 @@ impl SensorInput {
 
     /// The bag, and where the position should have come from: what stands in front of the reason why there is no estimate.
     pub fn what_is_missing(&self, bag: &Bag) -> String {
-        let fix = SensorStream::new(bag, &self.options())
-            .ok()
-            .and_then(|stream| stream.fix_topic());
-        match (self.given_position(), fix) {
-            (None, None) => format!(
-                "{}: no topic /fix of type sensor_msgs/msg/NavSatFix (or give --latitude-deg and --longitude-deg)",
-                bag.path().display()
-            ),
-            _ => bag.path().display().to_string(),
+        let path = bag.path().display();
+        if self.given_position().is_some() {
+            return path.to_string();
         }
+        let instead = "or give --latitude-deg and --longitude-deg";
+        let topic = match bag.find_topic(NavSatFix::TYPE_NAME, "/fix", self.fix_topic.as_deref()) {
+            Ok(topic) => topic,
+            Err(error) => return format!("{error}; {instead}"),
+        };
+        if let Ok(Some(_)) = bags::last_position_before(bag, topic, u64::MAX) {
+            return path.to_string();
+        }
+        let topic = &bag.topics()[topic];
+        format!(
+            "{path}: none of the {} messages of {} has a position; {instead}",
+            topic.count, topic.name
+        )
     }
 
     /// What was asked for, for the reader of bags.

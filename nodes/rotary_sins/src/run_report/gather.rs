@@ -219,6 +219,7 @@ impl Gathering<'_> {
             self.damaged(&progress, warning);
         }
         self.run.notes.sum_up(&progress);
+        self.run.notes.tell();
         Ok(())
     }
 

@@ -20,6 +20,7 @@ fn builder() -> NodeBuilder {
         .managed()
 }
 
-fn main() -> ExitCode {
+/// Runs the node: what its executable does, which stands in the package `rotary_sins`.
+pub fn run() -> ExitCode {
     ros_node::run(builder(), node::main)
 }

@@ -1,0 +1,147 @@
+//! A short run of the four nodes, and what a tool sees of it that knows nothing of this suite.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use bags::{Bag, Selection, cdr};
+use rotary_sins_msgs::diagnostic_msgs::DiagnosticArray;
+use rotary_sins_msgs::geometry_msgs::{TransformStamped, TwistWithCovarianceStamped};
+use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::rcl_interfaces::Log;
+use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::tf2_msgs::TFMessage;
+use rotary_sins_msgs::{Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate};
+use serde_json::Value;
+
+use crate::process::Program;
+use crate::recording::messages;
+use crate::scene::Scene;
+
+/// Both joints turn, to different angles, after a rest that is long enough to align.
+const SCHEME: &str = "
+dwell_s: 30
+rate_deg_per_s: 5
+acceleration_deg_per_s2: 2.5
+cycles: 1
+rotations:
+  - {axis: x, angle_deg: 90, dwell_s: 30}
+  - {axis: y, angle_deg: -60, dwell_s: 60}
+";
+/// Simulated time: rests and rotations of the scheme, and what it takes until it begins \[s\].
+const DURATION_S: f64 = 540.0;
+
+/// A recording of every topic of a run, by what is in it.
+#[derive(Debug)]
+pub struct RecordedRun {
+    /// Type and newest message of every topic; `Null` where there was none, or of a type that no test asks for.
+    pub topics: BTreeMap<String, (String, Value)>,
+    /// The newest transform to each frame.
+    pub transforms: BTreeMap<String, TransformStamped>,
+    /// Every name of a status on `/diagnostics`, with its newest level.
+    pub statuses: BTreeMap<String, u8>,
+}
+
+impl RecordedRun {
+    /// Runs the nodes, which takes some 10 s; in a network of its own, see [`crate::isolated`]. The truth stands in for the
+    /// calibration, so that navigation begins after two minutes of simulated time; sentences go to nobody.
+    pub fn make(test: &str) -> Self {
+        let mut scene = Scene::new(test);
+        let scheme = scene.folder().join("two-turns.yaml");
+        let rest = SCHEME.replacen("dwell_s: 30", "dwell_s: 330", 1);
+        fs::write(&scheme, rest).unwrap();
+        let recording = scene.record("recording", &[]);
+        scene.start(
+            &Program::new("navigation_compensator")
+                .parameter("use_sim_time", "true")
+                .parameter("alignment_s", "120.0")
+                .parameter("coarse_alignment_s", "60.0")
+                .parameter("nmea_udp", "127.0.0.1:10110")
+                .remap("self_calibration/calibration", "ground_truth/calibration"),
+        );
+        scene.start(&Program::new("self_calibrator").parameter("use_sim_time", "true"));
+        scene.start(
+            &Program::new("scheme_sequencer")
+                .parameter("use_sim_time", "true")
+                .parameter("scheme", scheme.to_str().unwrap()),
+        );
+        let mut simulator = scene.start_apart(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "20.0")
+                .parameter("speed", "60.0")
+                .parameter("duration_s", &format!("{DURATION_S:?}")),
+        );
+        assert!(simulator.wait(Duration::from_secs(120)).success());
+        std::thread::sleep(Duration::from_secs(2));
+        scene.end();
+        Self::read(&recording)
+    }
+
+    fn read(bag: &Path) -> Self {
+        let open = Bag::open(bag).unwrap();
+        let mut newest = vec![Value::Null; open.topics().len()];
+        let mut reader = open.messages(&Selection::default());
+        let mut last: Vec<Option<Vec<u8>>> = vec![None; open.topics().len()];
+        while let Some(message) = reader.next() {
+            last[message.topic] = Some(message.data.to_owned());
+        }
+        for (number, payload) in last.iter().enumerate() {
+            if let Some(payload) = payload {
+                newest[number] = value_of(&open.topics()[number].type_name, payload);
+            }
+        }
+        let topics = open.topics().iter().zip(newest);
+        let mut transforms = BTreeMap::new();
+        for topic in ["/tf_static", "/tf"] {
+            for message in messages::<TFMessage>(bag, topic) {
+                for transform in message.transforms {
+                    transforms.insert(transform.child_frame_id.clone(), transform);
+                }
+            }
+        }
+        let statuses = messages::<DiagnosticArray>(bag, "/diagnostics");
+        Self {
+            topics: topics
+                .map(|(topic, value)| (topic.name.clone(), (topic.type_name.clone(), value)))
+                .collect(),
+            transforms,
+            statuses: statuses
+                .into_iter()
+                .flat_map(|array| array.status)
+                .map(|status| (status.name, status.level))
+                .collect(),
+        }
+    }
+}
+
+/// A message of one of the types that tools show, as JSON.
+fn value_of(type_name: &str, payload: &[u8]) -> Value {
+    fn decode<M: RosMessage>(payload: &[u8]) -> Value {
+        serde_json::to_value(cdr::decode::<M>(payload).unwrap()).unwrap()
+    }
+    type Decode = fn(&[u8]) -> Value;
+    let known: [(&str, Decode); 11] = [
+        (Imu::TYPE_NAME, decode::<Imu>),
+        (JointState::TYPE_NAME, decode::<JointState>),
+        (NavSatFix::TYPE_NAME, decode::<NavSatFix>),
+        (Odometry::TYPE_NAME, decode::<Odometry>),
+        (
+            TwistWithCovarianceStamped::TYPE_NAME,
+            decode::<TwistWithCovarianceStamped>,
+        ),
+        (DiagnosticArray::TYPE_NAME, decode::<DiagnosticArray>),
+        (Log::TYPE_NAME, decode::<Log>),
+        (TFMessage::TYPE_NAME, decode::<TFMessage>),
+        (SchemeStatus::TYPE_NAME, decode::<SchemeStatus>),
+        (
+            SelfCalibrationEstimate::TYPE_NAME,
+            decode::<SelfCalibrationEstimate>,
+        ),
+        (Calibration::TYPE_NAME, decode::<Calibration>),
+    ];
+    known
+        .iter()
+        .find(|(name, _)| *name == type_name)
+        .map_or(Value::Null, |(_, decode)| decode(payload))
+}
