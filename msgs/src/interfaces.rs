@@ -173,7 +173,7 @@ pub struct Calibration {
     pub covariance: Vec<f64>,
     /// A phase of SelfCalibrationEstimate.
     pub phase: u8,
-    /// Mean normalised innovation squared over the last window.
+    /// Mean normalised innovation squared over the last window; -1 where not known.
     pub nis_mean: f64,
     /// IMU samples it rests on.
     pub samples: u64,

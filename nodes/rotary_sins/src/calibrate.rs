@@ -16,7 +16,7 @@ use sins::{
 };
 
 use crate::{
-    Outcome, calibration_file,
+    Outcome,
     filter_options::{FilterOptions, ThresholdOptions},
     output,
     sensor_input::{Notes, SensorInput},
@@ -145,7 +145,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         notes.lines.push(line);
     }
     if let Some(path) = &options.output {
-        calibration_file::write(path, &estimate, bag.path())?;
+        let source = bag.path().display().to_string();
+        calibration_file::write(path, &estimate.calibration(), &source)?;
     }
     if options.json {
         output::json(&report(&estimate, notes))?;

@@ -6,7 +6,6 @@
 
 mod align;
 mod calibrate;
-mod calibration_file;
 mod compare;
 mod demo;
 mod experiment;

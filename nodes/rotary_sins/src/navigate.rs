@@ -14,9 +14,7 @@ use sins::{
     units::NAUTICAL_MILE_M,
 };
 
-use crate::{
-    Outcome, calibration_file, filter_options::FilterOptions, output, sensor_input::SensorInput,
-};
+use crate::{Outcome, filter_options::FilterOptions, output, sensor_input::SensorInput};
 
 /// Options of `navigate`.
 #[derive(Args)]

@@ -1,6 +1,7 @@
 //! The machine with its inputs and outputs as messages. No DDS in here: what the node task receives is put in, what comes
 //! out is to be published.
 
+use std::path::Path;
 use std::time::Duration;
 
 use imu_input::samples_report;
@@ -16,7 +17,7 @@ use sins::time::seconds_to_nanos;
 use sins::turntable::JointSample;
 use sins::{Error, Stamp};
 
-use crate::{phase, translation};
+use crate::{phase, storage, translation};
 
 /// Topics of the node, as they are named before remapping.
 pub mod topic {
@@ -241,6 +242,16 @@ impl Calibrator {
         }
     }
 
+    /// Writes the calibration into a file.
+    pub fn save(&self, path: &Path) -> TriggerResponse {
+        storage::save(path, self.latest.as_ref(), &self.source)
+    }
+
+    /// Reads a calibration from a file, to be published; the estimate goes on beside it.
+    pub fn load(&self, path: &Path) -> (TriggerResponse, Option<Calibration>) {
+        storage::load(path, &self.frame_id)
+    }
+
     /// Starts anew with the next sample.
     pub fn reset(&mut self) -> TriggerResponse {
         self.machine.restart();
@@ -306,7 +317,8 @@ impl Calibrator {
             latest.phase.name()
         );
         Some(translation::calibration(
-            latest,
+            &latest.calibration(),
+            Some(latest),
             &self.frame_id,
             &self.source,
         ))

@@ -6,6 +6,7 @@ mod calibrator;
 mod node;
 mod parameters;
 mod phase;
+mod storage;
 mod translation;
 
 use std::process::ExitCode;

@@ -12,6 +12,7 @@ use sins::self_calibration::Reference;
 
 use crate::calibrator::{Calibrator, Output, topic};
 use crate::parameters;
+use crate::storage;
 
 /// How often samples are taken. Nothing that leaves here is in a hurry, and waking up for every sample costs several times as
 /// much as the sample; the reader's cache holds `queue_depth` of them meanwhile.
@@ -120,6 +121,23 @@ async fn next(
 }
 
 fn serve(node: &Node, shared: &Shared, publishers: &Publishers) -> ros_node::Result<()> {
+    let path = storage::path(&node.parameter::<String>("calibration_file")?);
+    let (calibrator, to) = (shared.clone(), path.clone());
+    node.serve(
+        "~/save",
+        "std_srvs/srv/Trigger",
+        move |_: TriggerRequest| -> TriggerResponse { calibrator.lock().save(&to) },
+    )?;
+    let (calibrator, outputs) = (shared.clone(), publishers.clone());
+    node.serve(
+        "~/load",
+        "std_srvs/srv/Trigger",
+        move |_: TriggerRequest| -> TriggerResponse {
+            let (response, calibration) = calibrator.lock().load(&path);
+            outputs.publish_calibration(calibration);
+            response
+        },
+    )?;
     let (calibrator, publishers) = (shared.clone(), publishers.clone());
     node.serve(
         "~/publish_calibration",

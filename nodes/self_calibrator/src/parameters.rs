@@ -58,6 +58,9 @@ pub fn declarations() -> Vec<Parameter> {
             .unit("deg")
             .range(1e-4, 180.0)
             .describe("initial 1 sigma of the attitude about East, North, Up; wide: the filter itself finds what the coarse alignment is worth"),
+        Parameter::new("calibration_file", "").describe(
+            "what ~/save writes and ~/load reads; empty: self_calibration.yaml in ROS_HOME, or in .ros at home",
+        ),
         Parameter::new("innovation_window_updates", 300_i64)
             .range(10.0, 100_000.0)
             .describe("length of the innovation test in updates"),

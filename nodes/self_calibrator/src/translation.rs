@@ -5,7 +5,7 @@ use rotary_sins_msgs::sensor_msgs::{NavSatFix, NavSatStatus};
 use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
-use sins::estimation::error_state::{MISALIGNMENT, STATE_NAMES, StateMatrix};
+use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, StateMatrix};
 use sins::self_calibration::{Estimate, Phase, SampleReport};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
@@ -87,48 +87,50 @@ pub fn progress(
     }
 }
 
-/// The calibration that an estimate amounts to. `valid` once the filter runs and agrees with its samples.
-pub fn calibration(estimate: &Estimate, frame_id: &str, source: &str) -> Calibration {
-    let result = estimate.calibration();
-    let unknown = [-1.0; 9];
-    let misalignment = estimate
-        .covariance
-        .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
-        .transpose();
-    let mut attitude_covariance = [0.0; 9];
-    attitude_covariance.copy_from_slice(misalignment.as_slice());
-    let mut message = Calibration {
+/// A calibration, of this estimate where it is not from a file. `valid` unless its filter did not agree with its samples.
+pub fn calibration(
+    result: &sins::self_calibration::Calibration,
+    estimate: Option<&Estimate>,
+    frame_id: &str,
+    source: &str,
+) -> Calibration {
+    let unknown = -1.0;
+    let sigma = |start: usize| -> [f64; 3] {
+        std::array::from_fn(|i| result.covariance[(start + i, start + i)].max(0.0).sqrt())
+    };
+    Calibration {
         header: Header::new(result.stamp, frame_id),
         valid: result.phase != Phase::Inconsistent,
         converged: result.phase == Phase::Converged,
         gyroscope_drift: result.errors.gyroscope_drift.into(),
-        gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
+        gyroscope_drift_std: sigma(DRIFT),
         accelerometer_bias: result.errors.accelerometer_bias.into(),
-        accelerometer_bias_std: estimate.accelerometer_bias_sigma().into(),
-        gyroscope_matrix_std: unknown,
-        accelerometer_matrix_std: unknown,
+        accelerometer_bias_std: sigma(BIAS),
+        gyroscope_matrix: nine(&result.errors.gyroscope_matrix),
+        gyroscope_matrix_std: [unknown; 9],
+        accelerometer_matrix: nine(&result.errors.accelerometer_matrix),
+        accelerometer_matrix_std: [unknown; 9],
         attitude: result.attitude.into(),
-        attitude_covariance,
+        attitude_covariance: std::array::from_fn(|i| {
+            result.covariance[(MISALIGNMENT + i / 3, MISALIGNMENT + i % 3)]
+        }),
         latitude_deg: result.latitude.to_degrees(),
         longitude_deg: result.longitude.to_degrees(),
         height_m: result.height,
         state_names: STATE_NAMES.map(str::to_owned).to_vec(),
         covariance: row_major(&result.covariance),
         phase: phase_number(result.phase),
-        nis_mean: estimate.innovations.window_mean,
+        nis_mean: estimate.map_or(unknown, |estimate| estimate.innovations.window_mean),
         samples: result.samples,
         gaps: result.gaps,
-        duration: estimate.duration_s,
+        duration: estimate.map_or(unknown, |estimate| estimate.duration_s),
         source: source.to_owned(),
-        ..Calibration::default()
-    };
-    message
-        .gyroscope_matrix
-        .copy_from_slice(result.errors.gyroscope_matrix.transpose().as_slice());
-    message
-        .accelerometer_matrix
-        .copy_from_slice(result.errors.accelerometer_matrix.transpose().as_slice());
-    message
+    }
+}
+
+/// Row by row.
+fn nine(matrix: &nalgebra::Matrix3<f64>) -> [f64; 9] {
+    std::array::from_fn(|i| matrix[(i / 3, i % 3)])
 }
 
 /// Why a fix cannot be used: a kind to count by, and a line for a person. `None` where it can be.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use sins::{
     Stamp,
     estimation::error_state::{BIAS, DRIFT, STATE_NAMES, STATES, StateMatrix},
-    self_calibration::{Calibration, Estimate, Phase},
+    self_calibration::{Calibration, Phase},
     sensor_errors::SensorErrors,
     units::{DEG_PER_HOUR, MICRO_G},
 };
@@ -53,10 +53,18 @@ struct Si {
     covariance: Vec<Vec<f64>>,
 }
 
-/// Writes the calibration that an estimate amounts to.
-pub fn write(path: &Path, estimate: &Estimate, source: &Path) -> anyhow::Result<()> {
-    let text = text(&estimate.calibration(), &source.display().to_string())?;
-    fs::write(path, text).with_context(|| path.display().to_string())
+/// Writes a calibration; `source` says what made it. A file that is there already is replaced as a whole.
+///
+/// # Errors
+/// One line that names the file.
+pub fn write(path: &Path, calibration: &Calibration, source: &str) -> anyhow::Result<()> {
+    let name = || path.display().to_string();
+    let text = text(calibration, source)?;
+    // Whoever reads meanwhile, and whoever loses power meanwhile, has the old file or the new one.
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".new");
+    fs::write(&beside, text).with_context(name)?;
+    fs::rename(&beside, path).with_context(name)
 }
 
 fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
@@ -102,6 +110,9 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
 }
 
 /// Reads a calibration.
+///
+/// # Errors
+/// One line that names the file, and the key in it where there is one.
 pub fn read(path: &Path) -> anyhow::Result<Calibration> {
     let name = || path.display().to_string();
     let text = fs::read_to_string(path).with_context(name)?;

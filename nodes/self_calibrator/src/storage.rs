@@ -1,0 +1,95 @@
+//! `~/save` and `~/load`: the calibration as the file that the command line writes and reads.
+
+use std::path::{Path, PathBuf};
+
+use rotary_sins_msgs::Calibration;
+use rotary_sins_msgs::std_srvs::TriggerResponse;
+use sins::self_calibration::Estimate;
+
+use crate::translation;
+
+/// Where calibrations are kept: what the parameter says, else a file in the folder that ROS keeps its own in.
+pub fn path(parameter: &str) -> PathBuf {
+    if !parameter.is_empty() {
+        return parameter.into();
+    }
+    let home = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    home("ROS_HOME")
+        .map(PathBuf::from)
+        .or_else(|| Some(PathBuf::from(home("HOME")?).join(".ros")))
+        .unwrap_or_default()
+        .join("self_calibration.yaml")
+}
+
+/// Writes the calibration that the newest estimate amounts to.
+pub fn save(path: &Path, latest: Option<&Estimate>, source: &str) -> TriggerResponse {
+    let Some(latest) = latest else {
+        return refused("no estimate yet, nothing is saved".to_owned());
+    };
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let made = folder.map_or(Ok(()), std::fs::create_dir_all);
+    let written = made
+        .map_err(anyhow::Error::from)
+        .and_then(|()| calibration_file::write(path, &latest.calibration(), source));
+    match written {
+        Ok(()) => done(format!("{}, phase {}", path.display(), latest.phase.name())),
+        Err(error) => refused(format!("{error:#}")),
+    }
+}
+
+/// Reads a calibration, to be published as it is.
+pub fn load(path: &Path, frame_id: &str) -> (TriggerResponse, Option<Calibration>) {
+    match calibration_file::read(path) {
+        Ok(calibration) => {
+            let source = path.display().to_string();
+            let phase = calibration.phase.name();
+            let message = translation::calibration(&calibration, None, frame_id, &source);
+            (
+                done(format!("{source}, phase {phase}: published")),
+                Some(message),
+            )
+        }
+        Err(error) => (refused(format!("{error:#}")), None),
+    }
+}
+
+fn done(message: String) -> TriggerResponse {
+    tracing::info!("{message}");
+    TriggerResponse {
+        success: true,
+        message,
+    }
+}
+
+fn refused(message: String) -> TriggerResponse {
+    tracing::warn!("{message}");
+    TriggerResponse {
+        success: false,
+        message,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What cannot be done says why, and names the file.
+    #[test]
+    fn refusals_say_why() {
+        let nowhere = Path::new("/nowhere/self_calibration.yaml");
+        let told = save(nowhere, None, "n");
+        assert!(!told.success && told.message.contains("no estimate"));
+        let (told, message) = load(nowhere, "imu_link");
+        assert!(!told.success && told.message.contains("/nowhere/self_calibration.yaml"));
+        assert_eq!(message, None);
+    }
+
+    /// The parameter goes before the folder of ROS.
+    #[test]
+    fn the_parameter_names_the_file() {
+        assert_eq!(path("/data/c.yaml"), Path::new("/data/c.yaml"));
+        assert!(path("").ends_with("self_calibration.yaml"));
+    }
+}
