@@ -1,8 +1,9 @@
 //! Every message type of this crate, by name, for tools that learn the type of a topic at run time.
 
 use crate::{
-    RosMessage, builtin_interfaces, diagnostic_msgs, geometry_msgs, interfaces, lifecycle_msgs,
-    nav_msgs, rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+    RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult, builtin_interfaces,
+    control_msgs, diagnostic_msgs, geometry_msgs, interfaces, lifecycle_msgs, nav_msgs,
+    rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
 
 /// A message type as a tool sees it that has only its name.
@@ -40,7 +41,7 @@ const fn known<M: RosMessage>() -> KnownType {
     }
 }
 
-/// All message types of this crate.
+/// All message types of this crate that topics carry.
 pub const KNOWN_TYPES: &[KnownType] = &[
     known::<builtin_interfaces::Time>(),
     known::<builtin_interfaces::Duration>(),
@@ -68,6 +69,10 @@ pub const KNOWN_TYPES: &[KnownType] = &[
     known::<nav_msgs::Odometry>(),
     known::<trajectory_msgs::JointTrajectoryPoint>(),
     known::<trajectory_msgs::JointTrajectory>(),
+    known::<trajectory_msgs::MultiDOFJointTrajectoryPoint>(),
+    known::<trajectory_msgs::MultiDOFJointTrajectory>(),
+    known::<control_msgs::JointTolerance>(),
+    known::<control_msgs::JointComponentTolerance>(),
     known::<tf2_msgs::TFMessage>(),
     known::<rosgraph_msgs::Clock>(),
     known::<diagnostic_msgs::KeyValue>(),
@@ -84,6 +89,16 @@ pub const KNOWN_TYPES: &[KnownType] = &[
     known::<interfaces::SchemeStatus>(),
     known::<interfaces::SelfCalibrationEstimate>(),
     known::<interfaces::Calibration>(),
+];
+
+/// Goal, result and feedback of the actions of this crate. They go through an action's own services and topics.
+pub const ACTION_PARTS: &[KnownType] = &[
+    known::<SelfCalibrateGoal>(),
+    known::<SelfCalibrateResult>(),
+    known::<SelfCalibrateFeedback>(),
+    known::<control_msgs::FollowJointTrajectoryGoal>(),
+    known::<control_msgs::FollowJointTrajectoryResult>(),
+    known::<control_msgs::FollowJointTrajectoryFeedback>(),
 ];
 
 /// The type of this full name (`package/msg/Type`), where this crate has it.

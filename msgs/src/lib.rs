@@ -8,6 +8,7 @@
 //! message becomes a sample of the mathematics.
 
 pub mod builtin_interfaces;
+pub mod control_msgs;
 #[cfg(feature = "sins")]
 pub mod convert;
 #[cfg(feature = "sins")]
@@ -21,6 +22,7 @@ mod message;
 pub mod nav_msgs;
 pub mod rcl_interfaces;
 pub mod rosgraph_msgs;
+mod self_calibrate;
 pub mod sensor_msgs;
 pub mod std_msgs;
 pub mod std_srvs;
@@ -30,7 +32,8 @@ mod type_description;
 pub mod type_description_interfaces;
 
 pub use interfaces::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-pub use known::{KNOWN_TYPES, KnownType, known_type};
+pub use known::{ACTION_PARTS, KNOWN_TYPES, KnownType, known_type};
 pub use message::RosMessage;
-pub(crate) use message::{ros_message, ros_service_part};
+pub(crate) use message::{action_part, ros_message, ros_service_part};
+pub use self_calibrate::{SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult};
 pub use type_description::{type_description, type_sources};

@@ -62,6 +62,32 @@ macro_rules! ros_message {
     };
 }
 
+/// Goal (0), result (1) or feedback (2) of the text of an `.action` file; they stand between lines of `---`.
+pub(crate) const fn action_part(text: &'static str, wanted: usize) -> &'static str {
+    let bytes = text.as_bytes();
+    let (mut start, mut end, mut part) = (0, 0, 0);
+    while end < bytes.len() {
+        let at_line = end == 0 || bytes[end - 1] == b'\n';
+        if at_line
+            && end + 3 < bytes.len()
+            && bytes[end] == b'-'
+            && bytes[end + 1] == b'-'
+            && bytes[end + 2] == b'-'
+            && bytes[end + 3] == b'\n'
+        {
+            if part == wanted {
+                break;
+            }
+            part += 1;
+            end += 4;
+            start = end;
+        } else {
+            end += 1;
+        }
+    }
+    text.split_at(end).0.split_at(start).1
+}
+
 /// Lets a request or response of a service go through DDS.
 macro_rules! ros_service_part {
     ($type:ty) => {

@@ -4,10 +4,12 @@
 use std::process::Command;
 
 use rotary_sins_msgs::{
-    Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrationEstimate,
-    builtin_interfaces, diagnostic_msgs, geometry_msgs, known_type, lifecycle_msgs, nav_msgs,
+    ACTION_PARTS, Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrateFeedback,
+    SelfCalibrateGoal, SelfCalibrateResult, SelfCalibrationEstimate, builtin_interfaces,
+    control_msgs, diagnostic_msgs, geometry_msgs, known_type, lifecycle_msgs, nav_msgs,
     rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
+use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Visitor, value::Error};
 
 /// Stops at the first structure, with the names of its fields as the error.
@@ -86,6 +88,10 @@ fn fields_follow_the_definitions() {
         nav_msgs::Odometry,
         trajectory_msgs::JointTrajectoryPoint,
         trajectory_msgs::JointTrajectory,
+        trajectory_msgs::MultiDOFJointTrajectoryPoint,
+        trajectory_msgs::MultiDOFJointTrajectory,
+        control_msgs::JointTolerance,
+        control_msgs::JointComponentTolerance,
         tf2_msgs::TFMessage,
         rosgraph_msgs::Clock,
         diagnostic_msgs::KeyValue,
@@ -112,10 +118,34 @@ fn fields_follow_the_definitions() {
     );
 }
 
+/// The same for the parts of actions.
+#[test]
+fn fields_of_action_parts_follow_the_definitions() {
+    let checked = assert_fields![
+        SelfCalibrateGoal,
+        SelfCalibrateResult,
+        SelfCalibrateFeedback,
+        control_msgs::FollowJointTrajectoryGoal,
+        control_msgs::FollowJointTrajectoryResult,
+        control_msgs::FollowJointTrajectoryFeedback,
+    ];
+    let known: Vec<&str> = ACTION_PARTS.iter().map(|known| known.name).collect();
+    assert_eq!(checked.to_vec(), known);
+}
+
+/// What every version of control_msgs begins the feedback with is the beginning of ours, byte for byte.
+#[test]
+fn progress_is_the_head_of_the_feedback() {
+    let head = control_msgs::FollowJointTrajectoryProgress::deserialize(FieldNames);
+    let head = head.err().unwrap().to_string();
+    let whole = fields_of(control_msgs::FollowJointTrajectoryFeedback::DEFINITION);
+    assert!(whole.starts_with(&format!("{head} ")), "{head} / {whole}");
+}
+
 /// Every type that a schema mentions is defined in it, exactly once.
 #[test]
 fn schemas_are_complete() {
-    for known in KNOWN_TYPES {
+    for known in KNOWN_TYPES.iter().chain(ACTION_PARTS) {
         let schema = (known.schema)();
         let parts: Vec<&str> = schema
             .lines()

@@ -9,8 +9,10 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::time::Stamp;
 
+mod tolerance;
 mod trajectory;
 
+pub use tolerance::{JointTolerance, violation};
 pub use trajectory::{Cubic, JointState, Trajectory, TrajectoryPoint};
 
 /// Names of the joints in every message, outer first.

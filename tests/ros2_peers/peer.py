@@ -1,7 +1,9 @@
 """What the peers share: messages as plain values, QoS of the suite's topics, JSON on standard output."""
 
 import importlib
+import itertools
 import json
+import re
 import sys
 import time
 
@@ -13,9 +15,42 @@ def plain(value):
     """A message, or a part of one, as what JSON can hold."""
     if hasattr(value, "get_fields_and_field_types"):
         return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, bytes):  # of type octet
+        return value[0]
+    if hasattr(value, "dtype") and not value.shape:
+        return value.item()
     if isinstance(value, (str, bool, int, float)):
         return value
     return [plain(element) for element in value]
+
+
+def filled(kind, count=None):
+    """An instance of a message class in which no field has its default and neighbours differ."""
+    count = count or itertools.cycle(range(1, 121))
+    message = kind()
+    for name, field in kind.get_fields_and_field_types().items():
+        setattr(message, name, made_up(field, count))
+    return message
+
+
+def made_up(field, count):
+    """A value for a field of this type, as rosidl names it."""
+    if array := re.fullmatch(r"(.+)\[(\d+)\]", field):
+        return [made_up(array[1], count) for _ in range(int(array[2]))]
+    if sequence := re.fullmatch(r"sequence<(.+?)(, \d+)?>", field):
+        return [made_up(sequence[1], count) for _ in range(2)]
+    if "/" in field:
+        package, name = field.split("/")
+        return filled(message_type(f"{package}/msg/{name}"), count)
+    if field == "boolean":
+        return True
+    if field == "octet":
+        return bytes([next(count)])
+    if field in ("float", "double"):
+        return next(count) + 0.25
+    if field.startswith("string"):
+        return f"text {next(count)}"
+    return next(count)
 
 
 def message_type(name):

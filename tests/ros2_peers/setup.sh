@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Sets up real ROS 2 peers for the tests, from PyPI: rclpy with Fast DDS and the common interfaces, and our own
-# message package built by rosidl from ../../msgs. One virtual environment a distribution, kept in target/ros2-peers.
+# Sets up real ROS 2 peers for the tests, from PyPI: rclpy with Fast DDS and the common interfaces; and, built by rosidl
+# from ../../msgs, our own message package and the part of control_msgs that PyPI does not have. One virtual environment
+# a distribution, kept in target/ros2-peers.
 #
 #   tests/ros2_peers/setup.sh [kilted] [jazzy]        (no argument: kilted)
 #
@@ -61,22 +62,53 @@ install_packages() {
         -e "s#/opt/python/cp3[^;\">]*/include/python3\.[0-9]+#$python_include#g"
 }
 
-build_messages() {
-    local distro=$1 prefix=$2 build=$2-build
-    say "$distro: building rotary_sins_msgs with rosidl"
+# Builds one interface package into the environment: distribution, prefix, name, folder of the package.
+build_package() {
+    local distro=$1 prefix=$2 name=$3 source=$4 build=$2-build/$3
+    say "$distro: building $name with rosidl"
     rm -rf "$build"
     mkdir -p "$build"
     (
         # shellcheck disable=SC1091
         source "$here/environment.sh" "$prefix"
         export CMAKE_PREFIX_PATH=$prefix PATH="$prefix/bin:$PATH"
-        logged "$distro: cmake of rotary_sins_msgs" "$build/configure.log" \
-            cmake -S "$messages" -B "$build" -G Ninja -DCMAKE_INSTALL_PREFIX="$prefix" -DPython3_EXECUTABLE="$prefix/bin/python" \
+        logged "$distro: cmake of $name" "$build/configure.log" \
+            cmake -S "$source" -B "$build" -G Ninja -DCMAKE_INSTALL_PREFIX="$prefix" -DPython3_EXECUTABLE="$prefix/bin/python" \
             -DBUILD_TESTING=OFF -Wno-dev
-        logged "$distro: building rotary_sins_msgs" "$build/build.log" ninja -C "$build" install
-        logged "$distro: importing the built messages" "$build/import.log" \
-            python -c 'from rotary_sins_msgs.msg import Calibration, SchemeStatus, SelfCalibrationEstimate; SelfCalibrationEstimate(); import rclpy'
+        logged "$distro: building $name" "$build/build.log" ninja -C "$build" install
+        logged "$distro: importing the built $name" "$build/import.log" \
+            python -c "import rclpy, $name.action, $name.msg
+for module in $name.action, $name.msg:
+    for kind in vars(module).values():
+        if hasattr(kind, 'get_fields_and_field_types'):
+            kind()"
     )
+}
+
+# The definitions that control_msgs is built from stand with those of the other standard messages.
+gather_control_msgs() {
+    local folder=$1 definitions=$messages/definitions/control_msgs
+    rm -rf "$folder"
+    mkdir -p "$folder/msg" "$folder/action"
+    cp "$here/control_msgs/CMakeLists.txt" "$here/control_msgs/package.xml" "$folder/"
+    cp "$definitions"/*.msg "$folder/msg/"
+    cp "$definitions"/*.action "$folder/action/"
+}
+
+# What a built package depends on.
+interfaces_key() {
+    (cd "$1" && find . -name package.xml -o -name CMakeLists.txt -o -path './msg/*' -o -path './srv/*' -o -path './action/*' |
+        sort | xargs sha256sum | sha256sum)
+}
+
+# Builds a package unless this very one is there: distribution, prefix, name, folder, file of the key.
+build_changed() {
+    local distro=$1 prefix=$2 name=$3 source=$4 record=$2/$5 key
+    key=$(interfaces_key "$source")
+    [ "$(cat "$record" 2>/dev/null)" != "$key" ] || return 0
+    rm -f "$record"
+    build_package "$distro" "$prefix" "$name" "$source"
+    echo "$key" >"$record"
 }
 
 set_up() {
@@ -87,12 +119,10 @@ set_up() {
         install_packages "$distro" "$prefix"
         echo "$key" >"$prefix/.packages"
     fi
-    key=$(cd "$messages" && find . -name package.xml -o -name CMakeLists.txt -o -path './msg/*' -o -path './srv/*' -o -path './action/*' |
-        sort | xargs sha256sum | sha256sum)
-    if [ "$(cat "$prefix/.messages" 2>/dev/null)" != "$key" ]; then
-        build_messages "$distro" "$prefix"
-        echo "$key" >"$prefix/.messages"
-    fi
+    # The tests look for `.messages`: it is written last.
+    gather_control_msgs "$prefix-control_msgs"
+    build_changed "$distro" "$prefix" control_msgs "$prefix-control_msgs" .control_msgs
+    build_changed "$distro" "$prefix" rotary_sins_msgs "$messages" .messages
     say "$distro: ready"
     echo "$prefix/bin/python"
 }

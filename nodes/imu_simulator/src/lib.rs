@@ -1,6 +1,7 @@
 //! ROS 2 node: a ship, a two-axis table on it, and the IMU on the table. It drives [`sins::simulation::Simulator`]; here
 //! joint trajectories become motions, and samples become messages, at a chosen multiple of real time.
 
+mod follow;
 mod node;
 mod outputs;
 mod pacing;

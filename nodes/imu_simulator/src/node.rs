@@ -11,6 +11,7 @@ use sins::simulation::Simulator;
 use sins::time::{Stamp, seconds_to_nanos};
 use sins::turntable::Trajectory;
 
+use crate::follow::Follower;
 use crate::outputs::{Outputs, TOPICS, TRAJECTORY};
 use crate::pacing::Pacer;
 use crate::parameters::{Settings, settings};
@@ -44,6 +45,7 @@ pub async fn main(node: Node) -> Result<()> {
     let mut simulator = Simulator::new(settings.simulator)?;
     let mut outputs = Outputs::new(&node, &settings)?;
     let mut trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
+    let mut follower = Follower::new(&node)?;
     let progress = Arc::new(Progress::default());
     diagnose(&node, &progress, &settings);
     tokio::select! {
@@ -52,7 +54,7 @@ pub async fn main(node: Node) -> Result<()> {
     }
     node.set_ready();
     tokio::select! {
-        () = simulate(&node, &mut simulator, &mut outputs, &mut trajectories, &settings, &progress) => {}
+        () = simulate(&node, &mut simulator, &mut outputs, &mut trajectories, &mut follower, &settings, &progress) => {}
         () = node.shutdown() => {}
     }
     Ok(())
@@ -92,6 +94,7 @@ async fn simulate(
     simulator: &mut Simulator,
     outputs: &mut Outputs,
     trajectories: &mut Subscription<JointTrajectory>,
+    follower: &mut Follower,
     settings: &Settings,
     progress: &Progress,
 ) {
@@ -111,8 +114,13 @@ async fn simulate(
         // Simulated time stands still while the node is not active; the pacer forgives it.
         node.active().await;
         while let Some(message) = trajectories.try_recv() {
-            command(simulator, &message, progress);
+            if command(simulator, &message, progress) {
+                follower.replaced_by("a trajectory of the topic");
+            }
         }
+        let (started, refused) = follower.take_requests(simulator);
+        progress.started.fetch_add(started, Ordering::Relaxed);
+        progress.refused.fetch_add(refused, Ordering::Relaxed);
         for _ in 0..BATCH {
             let now = simulator.plant().now();
             if end.is_some_and(|end| now >= end) {
@@ -132,6 +140,7 @@ async fn simulate(
             }
             let tick = simulator.step();
             outputs.publish(&tick, simulator).await;
+            follower.check(simulator);
         }
         let now = simulator.plant().now();
         progress
@@ -149,11 +158,12 @@ async fn simulate(
     }
 }
 
-/// Hands a trajectory to the table, or says why not.
-fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Progress) {
+/// Hands a trajectory to the table, or says why not. Says whether the table took it.
+fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Progress) -> bool {
     let refuse = |reason: String| {
         progress.refused.fetch_add(1, Ordering::Relaxed);
         tracing::warn!("{TRAJECTORY}: refused: {reason}");
+        false
     };
     let trajectory = match Trajectory::try_from(message) {
         Ok(trajectory) => trajectory,
@@ -174,8 +184,9 @@ fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Prog
             }
             tracing::debug!("{TRAJECTORY}: motion from {} ns", start.nanos());
         }
-        Err(error) => refuse(error.to_string()),
+        Err(error) => return refuse(error.to_string()),
     }
+    true
 }
 
 fn diagnose(node: &Node, progress: &Arc<Progress>, settings: &Settings) {

@@ -123,6 +123,9 @@ fn table() -> Vec<Parameter> {
             .unit("deg/s^2")
             .range(0.001, 3600.0)
             .describe("with this an empty trajectory stops the joints"),
+        Parameter::new("stuck_joint", "none")
+            .one_of(&["none", "outer", "inner", "both"])
+            .describe("whose drive is blocked, to see what becomes of it: it takes commands and stays where it is"),
     ]
 }
 
@@ -272,7 +275,9 @@ pub fn settings(node: &Node) -> anyhow::Result<Settings> {
     };
     let turntable = Turntable::new(axis("outer_axis")?, axis("inner_axis")?)
         .context("parameters 'outer_axis' and 'inner_axis'")?;
+    let stuck = node.parameter::<String>("stuck_joint")?;
     let table = TableSettings {
+        stuck: ["outer", "inner"].map(|joint| stuck == joint || stuck == "both"),
         max_rate_rad_s: angle("max_rate_deg_per_s")?,
         stop_deceleration_rad_s2: angle("stop_deceleration_deg_per_s2")?,
         start: array::<2>(node, "start_angles_deg")?.map(f64::to_radians),

@@ -45,6 +45,7 @@
 //! | environment | `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`, `LOCALHOST`), `ROS_STATIC_PEERS` (IPv4) |
 //! | time | [`Clock`]; with `use_sim_time` that of `/clock` (rosgraph_msgs/Clock, best effort, depth 1) |
 //! | topics | [`Publisher::publish`] never waits, [`Subscription`] hears reliable and best-effort publishers; what is dropped, lost or incompatible is counted and told |
+//! | actions | [`ActionServer`], [`ActionClient`]: results kept, status latched, cancels and refusals as rcl_action has them |
 //! | diagnostics | [`Diagnostics`] once a second; the task `topics` is built in |
 //! | log | the macros of `tracing`; `[INFO] [sec.nsec] [node]: text` on standard error, and `/rosout` |
 //! | end | SIGINT, SIGTERM, [`Node::request_shutdown`]; half a second for the node, then its endpoints leave the graph |
@@ -59,6 +60,7 @@
 //! Lifecycle services, `~/get_type_description`, `ROS_STATIC_PEERS`, quality-of-service overrides by parameter,
 //! setting `use_sim_time` while running.
 
+mod actions;
 mod builder;
 mod clock;
 pub mod diagnostics;
@@ -87,6 +89,10 @@ mod subscription;
 mod type_description;
 mod yaml;
 
+pub use actions::{
+    ActionClient, ActionPart, ActionServer, CancelReturn, GoalHandle, GoalId, GoalNews,
+    GoalRequest, GoalStatus, RemoteGoal,
+};
 pub use builder::NodeBuilder;
 pub use clock::Clock;
 pub use diagnostics::{Diagnostics, Level, Report};

@@ -1,8 +1,9 @@
 //! ROS 2 node: runs a rotation scheme on a two-axis table. It drives [`sins::scheme::Sequencer`]; here joint states become
-//! samples, commands become joint trajectories, and service calls become requests.
+//! samples, commands become joint trajectories or goals, and service calls become requests.
 
 mod node;
 mod parameters;
+mod table;
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! The node: joint states in, joint trajectories and status out, four services.
+//! The node: joint states in, motions and status out, four services.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -8,12 +8,13 @@ use ros_node::{InputWatch, Level, Node, Publisher, Qos, Report};
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::sensor_msgs::JointState;
 use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
-use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
 use sins::scheme::Sequencer;
 use sins::scheme::sequencer::{Command, Refused, State, Status};
+use sins::time::Stamp;
 use sins::turntable::JointSample;
 
 use crate::parameters;
+use crate::table::{Motion, News, Table};
 
 const JOINT_STATES: &str = "turntable/joint_states";
 /// Joint states taken at once.
@@ -27,7 +28,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 #[derive(Clone)]
 struct Shared {
     machine: Arc<Mutex<Machine>>,
-    trajectories: Publisher<JointTrajectory>,
+    table: Table,
+    arrival_timeout_s: f64,
     statuses: Publisher<SchemeStatus>,
 }
 
@@ -35,6 +37,16 @@ struct Machine {
     sequencer: Sequencer,
     watch: InputWatch,
     published: Option<Status>,
+    goal: GoalWatch,
+}
+
+/// The motion that was commanded last, where motions are goals.
+#[derive(Default)]
+struct GoalWatch {
+    number: u64,
+    /// By when, by the stamps of the joint states, the table must have told its result.
+    due: Option<Stamp>,
+    tracking_error_rad: f64,
 }
 
 impl Shared {
@@ -46,13 +58,12 @@ impl Shared {
     fn ingest(&self, message: &JointState) {
         let mut machine = self.machine();
         // A motion commanded before the table listens would be lost, so the scheme begins when it does.
-        if machine.sequencer.state() == State::WaitingForTable
-            && self.trajectories.subscriber_count() == 0
-        {
+        if machine.sequencer.state() == State::WaitingForTable && !self.table.listens() {
             return;
         }
         match JointSample::try_from(message) {
             Ok(sample) => {
+                self.miss_result(&mut machine, &sample);
                 let command = machine.sequencer.ingest(&sample);
                 self.tell(&mut machine, command.as_ref());
             }
@@ -63,7 +74,7 @@ impl Shared {
     /// Sends a command, logs what a person should know, publishes the status where it is news.
     fn tell(&self, machine: &mut Machine, command: Option<&Command>) {
         if let Some(command) = command {
-            self.trajectories.publish(command.into());
+            self.send(machine, command);
         }
         let faulty = machine.sequencer.state() == State::Fault;
         for note in machine.sequencer.take_notes() {
@@ -81,6 +92,57 @@ impl Shared {
         {
             self.statuses.publish((&status).into());
             machine.published = Some(status);
+        }
+    }
+
+    fn send(&self, machine: &mut Machine, command: &Command) {
+        let goal = &mut machine.goal;
+        goal.number += 1;
+        goal.tracking_error_rad = 0.0;
+        let is_motion = !command.trajectory.points.is_empty() && self.table.action().is_some();
+        goal.due = is_motion.then(|| {
+            let start = command.start.unwrap_or(machine.sequencer.status().stamp);
+            let end = start.plus_nanos(command.trajectory.duration_nanos());
+            end.plus_seconds(self.arrival_timeout_s)
+        });
+        self.table.send(Motion {
+            number: goal.number,
+            command: command.clone(),
+        });
+    }
+
+    /// A fault where the table has not told in time how the motion ended.
+    fn miss_result(&self, machine: &mut Machine, sample: &JointSample) {
+        let (Some(due), Some(action)) = (machine.goal.due, self.table.action()) else {
+            return;
+        };
+        if sample.stamp > due {
+            machine.goal.due = None;
+            let target = machine.sequencer.status().target.map(f64::to_degrees);
+            let actual = sample.position.map(f64::to_degrees);
+            let reason = format!(
+                "action {action}: no result {:.1} s after the end of the motion: target {:.4}, {:.4} deg, actual {:.4}, {:.4} deg",
+                self.arrival_timeout_s, target[0], target[1], actual[0], actual[1]
+            );
+            let command = machine.sequencer.table_failed(reason);
+            self.tell(machine, command.as_ref());
+        }
+    }
+
+    /// What the table tells of a motion; of one that another has replaced it does not matter.
+    fn hear(&self, number: u64, news: News) {
+        let mut machine = self.machine();
+        if machine.goal.number != number {
+            return;
+        }
+        match news {
+            News::TrackingError(error_rad) => machine.goal.tracking_error_rad = error_rad,
+            News::Arrived => machine.goal.due = None,
+            News::Failed(reason) => {
+                machine.goal.due = None;
+                let command = machine.sequencer.table_failed(reason);
+                self.tell(&mut machine, command.as_ref());
+            }
         }
     }
 
@@ -119,7 +181,14 @@ impl Shared {
                 &format!("{}, {gaps} gaps in the joint states", state.name()),
             );
         }
-        if self.trajectories.subscriber_count() == 0 {
+        if let Some(action) = self.table.action() {
+            let error = machine.goal.tracking_error_rad.to_degrees();
+            report = report
+                .with("action", action)
+                .with("goal under way", machine.goal.due.is_some())
+                .with("tracking error [deg]", format!("{error:.4}"));
+        }
+        if !self.table.listens() {
             report = report.worsened(
                 Level::Warn,
                 &format!("{}, and no table listens", state.name()),
@@ -145,17 +214,24 @@ fn is_news(last: &Status, status: &Status) -> bool {
 /// A scheme or parameters that mean nothing, endpoints that cannot be created.
 pub async fn main(node: Node) -> Result<()> {
     let (program, settings) = parameters::program(&node)?;
-    let (name, table) = (program.name.clone(), program.table);
+    let (name, axes) = (program.name.clone(), program.table);
+    let (table, driver) = Table::new(&node, &settings)?;
     let mut joint_states = node.subscription::<JointState>(JOINT_STATES, Qos::sensor())?;
     let shared = Shared {
         machine: Arc::new(Mutex::new(Machine {
             sequencer: Sequencer::new(program, settings)?,
             watch: InputWatch::required(JOINT_STATES, PATIENCE),
             published: None,
+            goal: GoalWatch::default(),
         })),
-        trajectories: node.publisher("turntable/joint_trajectory", Qos::reliable(100))?,
+        table,
+        arrival_timeout_s: settings.arrival_timeout_s,
         statuses: node.publisher("scheme/status", Qos::latched(100))?,
     };
+    if let Some(driver) = driver {
+        let shared = shared.clone();
+        node.spawn(driver.run(move |number, news| shared.hear(number, news)));
+    }
     serve(&node, &shared)?;
     let (of_scheme, of_joints) = (shared.clone(), shared.clone());
     node.diagnostics().add("scheme", move || of_scheme.report());
@@ -164,8 +240,8 @@ pub async fn main(node: Node) -> Result<()> {
     node.set_ready();
     tracing::info!(
         "scheme {name}, outer joint about {}, inner joint about {}",
-        table.outer,
-        table.inner
+        axes.outer,
+        axes.inner
     );
     if node.parameter("autostart")? {
         shared.request("started", |sequencer| sequencer.start().map(|()| None));

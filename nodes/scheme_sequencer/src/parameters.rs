@@ -67,6 +67,9 @@ fn sequencer() -> Vec<Parameter> {
         number("stop_after_s", 0.0, "s", "finished so long after the start of the first dwell; 0: when the scheme is"),
         Parameter::new("restart_when_time_runs_back", true)
             .describe("start the scheme again where the stamps run back (the simulator was started again); else a fault"),
+        Parameter::new("table_interface", "topic")
+            .one_of(&["topic", "action"])
+            .describe("how the table is moved: trajectories on turntable/joint_trajectory, or goals of turntable/follow_joint_trajectory"),
         Parameter::new("autostart", true).describe("start with the first joint state, instead of by ~/start"),
     ]
 }

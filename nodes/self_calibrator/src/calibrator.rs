@@ -11,7 +11,7 @@ use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::std_srvs::TriggerResponse;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::imu::ImuSample;
-use sins::self_calibration::{Estimate, Phase, Reference, SelfCalibration, Settings};
+use sins::self_calibration::{Estimate, Phase, Reference, SelfCalibration, Settings, Thresholds};
 use sins::stamp_order::{InOrder, StampOrder};
 use sins::time::seconds_to_nanos;
 use sins::turntable::JointSample;
@@ -67,12 +67,16 @@ pub struct Calibrator {
     frame_id: String,
     /// The newest estimate of the running filter; none before it runs.
     latest: Option<Estimate>,
+    /// The newest estimate that agreed with its samples; it outlives a restart.
+    good: Option<Estimate>,
+    /// What the parameters ask for.
+    own_thresholds: Thresholds,
     phase: Phase,
     /// Why the last alignment failed, until one succeeds.
     problem: Option<String>,
     noise_told: bool,
     converged_published: bool,
-    scheme_state: u8,
+    scheme_status: Option<SchemeStatus>,
     /// The scheme has finished at this time; the calibration for it is due.
     finish: Option<Stamp>,
     next_progress: Option<Stamp>,
@@ -99,10 +103,12 @@ impl Calibrator {
             order: StampOrder::new(0.0),
             frame_id: "imu_link".to_owned(),
             latest: None,
+            good: None,
+            own_thresholds: settings.thresholds,
             problem: None,
             noise_told: false,
             converged_published: false,
-            scheme_state: SchemeStatus::IDLE,
+            scheme_status: None,
             finish: None,
             next_progress: None,
         })
@@ -183,12 +189,12 @@ impl Calibrator {
 
     /// What the scheme reports. A calibration is due when it has finished and the samples have come as far.
     pub fn scheme(&mut self, status: &SchemeStatus) -> Option<Calibration> {
-        let before = std::mem::replace(&mut self.scheme_state, status.state);
+        let before = self.scheme_status.replace(status.clone());
         if status.state != SchemeStatus::FINISHED {
             self.finish = None;
             return None;
         }
-        if before == SchemeStatus::FINISHED {
+        if before.is_some_and(|before| before.state == SchemeStatus::FINISHED) {
             return None;
         }
         let end: Stamp = status.header.stamp.into();
@@ -254,20 +260,72 @@ impl Calibrator {
 
     /// Starts anew with the next sample.
     pub fn reset(&mut self) -> TriggerResponse {
-        self.machine.restart();
-        self.forget();
-        self.problem = None;
-        tracing::info!("reset by service: alignment starts anew");
+        self.restart("reset by service");
         TriggerResponse {
             success: true,
             message: "alignment starts anew with the next sample".to_owned(),
         }
     }
 
+    /// Starts anew with the next sample, for a reason.
+    pub fn restart(&mut self, why: &str) {
+        self.machine.restart();
+        self.forget();
+        self.problem = None;
+        tracing::info!("{why}: alignment starts anew");
+    }
+
+    /// What the parameters ask for.
+    pub fn own_thresholds(&self) -> Thresholds {
+        self.own_thresholds
+    }
+
+    /// Asks for other sigmas than the parameters do, or for those again. Convergence by them is news.
+    pub fn ask_for(&mut self, thresholds: Option<Thresholds>) {
+        self.machine
+            .set_thresholds(thresholds.unwrap_or(self.own_thresholds));
+        self.follow_phase();
+        self.converged_published &= self.phase == Phase::Converged;
+    }
+
+    /// The newest calibration that agrees with its samples.
+    pub fn last_good(&self) -> Option<Calibration> {
+        let good = self.good.as_ref()?;
+        Some(translation::calibration(
+            &good.calibration(),
+            Some(good),
+            &self.frame_id,
+            &self.source,
+        ))
+    }
+
+    /// How far it has come, 0..1: of coarse alignment while it lasts, then of what is asked for.
+    pub fn progress_share(&self) -> f64 {
+        self.latest.as_ref().map_or_else(
+            || self.machine.coarse_progress(),
+            |latest| self.machine.settings().thresholds.reached(&latest.sigma()),
+        )
+    }
+
+    /// What the scheme reported last.
+    pub fn scheme_status(&self) -> Option<&SchemeStatus> {
+        self.scheme_status.as_ref()
+    }
+
+    /// Whether the estimate has come to this time.
+    pub fn has_come_to(&self, stamp: Stamp) -> bool {
+        self.latest
+            .as_ref()
+            .is_some_and(|latest| latest.stamp >= stamp)
+    }
+
     fn take(&mut self, estimate: Estimate) -> Output {
         self.problem = None;
         self.latest = Some(estimate);
         self.follow_phase();
+        if self.phase != Phase::Inconsistent {
+            self.good.clone_from(&self.latest);
+        }
         let due = self
             .finish
             .take_if(|end| self.latest.as_ref().is_some_and(|e| e.stamp >= *end));

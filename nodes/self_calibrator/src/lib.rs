@@ -2,6 +2,7 @@
 //! biases of its sensors. It drives [`sins::self_calibration::SelfCalibration`]; here messages become samples and
 //! results become messages.
 
+mod action;
 mod calibrator;
 mod node;
 mod parameters;

@@ -10,6 +10,7 @@ use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::self_calibration::Reference;
 
+use crate::action::SelfCalibrate;
 use crate::calibrator::{Calibrator, Output, topic};
 use crate::parameters;
 use crate::storage;
@@ -79,6 +80,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     serve(&node, &shared, &publishers)?;
     watch(&node, &shared);
+    let mut action = SelfCalibrate::new(&node)?;
     node.set_ready();
     let mut ticks = tokio::time::interval(TICK);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -86,7 +88,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
         tokio::select! {
             biased;
-            () = node.shutdown() => return Ok(()),
+            () = node.shutdown() => {
+                action.shut_down(&mut shared.lock());
+                return Ok(());
+            }
             fix = fixes.recv() => shared.lock().fix(&fix),
             velocity = next(&mut velocities) => shared.lock().velocity(&velocity),
             status = scheme.recv() => {
@@ -95,12 +100,14 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             }
             _ = ticks.tick() => {
                 let mut calibrator = shared.lock();
+                action.take_requests(&mut calibrator);
                 while let Some(message) = joints.try_recv() {
                     calibrator.joints(&message);
                 }
                 for _ in 0..BATCH {
                     let Some(message) = samples.try_recv() else { break };
                     if let Some(output) = calibrator.imu(&message) {
+                        action.follow(&mut calibrator, &output);
                         publishers.publish(output);
                     }
                 }

@@ -109,9 +109,14 @@ impl SelfCalibration {
         })
     }
 
-    /// The settings it was made with.
+    /// The settings it works with.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Asks for other sigmas from now on. The estimate does not depend on them; only its phase does.
+    pub fn set_thresholds(&mut self, thresholds: Thresholds) {
+        self.settings.thresholds = thresholds;
     }
 
     /// A position that can be aligned at, or what is wrong with it.

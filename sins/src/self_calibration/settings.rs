@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::error::Error;
-use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATES};
+use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATES, StateVector};
 use crate::estimation::filter::InitialUncertainty;
 use crate::imu::NoiseDensity;
 use crate::turntable::Turntable;
@@ -48,6 +48,12 @@ impl Thresholds {
             }
         }
         Self { sigma }
+    }
+
+    /// How much of what is asked for is reached, 0..1: the least threshold over sigma; 1 where everything is.
+    pub fn reached(&self, sigma: &StateVector) -> f64 {
+        let shares = self.sigma.iter().zip(sigma).map(|(limit, s)| limit / s);
+        shares.fold(1.0, f64::min)
     }
 }
 
@@ -188,5 +194,23 @@ impl Settings {
             return Err(Error::setting("window_updates", 0, "at least 1"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The worst state decides, states that nothing is asked of do not count, and more than everything is everything.
+    #[test]
+    fn the_worst_state_says_how_far_it_is() {
+        let thresholds = Thresholds::new([0.0, 0.0, 2.0], [0.0; 3], [1.0; 3]);
+        let mut sigma = StateVector::repeat(1e9);
+        sigma[MISALIGNMENT + 2] = 4.0;
+        sigma.fixed_rows_mut::<3>(DRIFT).fill(3.0);
+        assert!((thresholds.reached(&sigma) - 1.0 / 3.0).abs() < 1e-15);
+        sigma[MISALIGNMENT + 2] = 1.0;
+        sigma.fixed_rows_mut::<3>(DRIFT).fill(0.1);
+        assert_eq!(thresholds.reached(&sigma), 1.0);
     }
 }

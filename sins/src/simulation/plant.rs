@@ -147,6 +147,11 @@ impl Plant {
             .body_rate(joints.position, joints.velocity)
     }
 
+    /// Angles and rates that the joints should have now by the motion they were told.
+    pub fn planned_joints(&self) -> JointState {
+        self.table.planned(self.now)
+    }
+
     /// Hands a trajectory to the table; see [`Table::command`].
     ///
     /// # Errors

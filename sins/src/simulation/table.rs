@@ -15,6 +15,8 @@ pub struct TableSettings {
     pub start_tolerance_rad: f64,
     /// Where the joints (outer, inner) stand at first \[rad\].
     pub start: [f64; 2],
+    /// Joints (outer, inner) whose drive is blocked: a command is taken, and the joint stays where it is.
+    pub stuck: [bool; 2],
 }
 
 impl Default for TableSettings {
@@ -24,6 +26,7 @@ impl Default for TableSettings {
             stop_deceleration_rad_s2: 2.5f64.to_radians(),
             start_tolerance_rad: 0.1f64.to_radians(),
             start: [0.0; 2],
+            stuck: [false; 2],
         }
     }
 }
@@ -31,7 +34,10 @@ impl Default for TableSettings {
 #[derive(Clone, Debug)]
 struct Motion {
     start: Stamp,
+    /// What the joints do.
     trajectory: Trajectory,
+    /// What they were told to do: the same, unless a joint is stuck.
+    planned: Trajectory,
 }
 
 impl Motion {
@@ -82,6 +88,7 @@ impl Table {
             settings,
             active: Motion {
                 start: now,
+                planned: rest.clone(),
                 trajectory: rest,
             },
             pending: None,
@@ -104,6 +111,7 @@ impl Table {
             let stop = Trajectory::stop(self.state(now), self.settings.stop_deceleration_rad_s2)?;
             self.active = Motion {
                 start: now,
+                planned: stop.clone(),
                 trajectory: stop,
             };
             self.pending = None;
@@ -135,7 +143,18 @@ impl Table {
             trajectory.points[0] = here;
         }
         trajectory.validate(self.settings.max_rate_rad_s)?;
-        let motion = Motion { start, trajectory };
+        let planned = trajectory.clone();
+        for point in &mut trajectory.points {
+            for joint in (0..2).filter(|joint| self.settings.stuck[*joint]) {
+                point.position[joint] = from.position[joint];
+                point.velocity[joint] = 0.0;
+            }
+        }
+        let motion = Motion {
+            start,
+            trajectory,
+            planned,
+        };
         if start <= now {
             (self.active, self.pending) = (motion, None);
         } else {
@@ -147,6 +166,13 @@ impl Table {
     /// Angles and rates at `at`, which is not before the last [`Table::advance`].
     pub fn state(&self, at: Stamp) -> JointState {
         state_of(self.motion(at), at)
+    }
+
+    /// Angles and rates that the joints should have at `at` by the motion they were told.
+    pub fn planned(&self, at: Stamp) -> JointState {
+        let motion = self.motion(at);
+        let nanos = at.nanos() - motion.start.nanos();
+        motion.planned.at(nanos).unwrap_or_default()
     }
 
     /// Whether no joint moves between `from` and `to`.
@@ -311,6 +337,25 @@ mod tests {
             .unwrap();
         assert_eq!(table.state(at(0.0)).position[0], 0.0);
         assert!((table.state(at(100.0)).position[0] - 1e-4 - 10f64.to_radians()).abs() < 1e-12);
+    }
+
+    /// A stuck joint stays, the other goes, and the plan is what was commanded.
+    #[test]
+    fn a_stuck_joint_stays() {
+        let settings = TableSettings {
+            stuck: [true, false],
+            ..TableSettings::default()
+        };
+        let mut table = Table::new(settings, at(0.0)).unwrap();
+        let mut both = turn([0.0; 2], 30.0);
+        for point in &mut both.points {
+            point.position[1] = -point.position[0];
+            point.velocity[1] = -point.velocity[0];
+        }
+        table.command(at(0.0), None, &both).unwrap();
+        let (actual, planned) = (table.state(at(60.0)), table.planned(at(60.0)));
+        assert_eq!(actual.position, [0.0, -30f64.to_radians()]);
+        assert_eq!(planned.position, [30f64.to_radians(), -30f64.to_radians()]);
     }
 
     /// Faster than the drives is refused.

@@ -190,6 +190,13 @@ impl Sequencer {
         Ok(Command::hold())
     }
 
+    /// The table says itself that it cannot go on: a fault with this reason, unless nothing runs. The command stops the
+    /// table.
+    pub fn table_failed(&mut self, reason: String) -> Option<Command> {
+        let state = self.state();
+        (state != State::Idle && !state.is_over()).then(|| self.fault(reason))
+    }
+
     /// Takes a joint state; hands back a motion where one is due. A joint state with the stamp of the last one is ignored.
     pub fn ingest(&mut self, sample: &JointSample) -> Option<Command> {
         if !sample

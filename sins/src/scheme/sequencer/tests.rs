@@ -364,3 +364,16 @@ fn settings_are_checked() {
             .contains("rate tolerance")
     );
 }
+
+/// What the table itself reports ends the scheme with its words and stops it; where nothing runs it is nobody's fault.
+#[test]
+fn a_failure_that_the_table_reports_is_a_fault() {
+    let mut bench = started();
+    bench.run_until(60.0);
+    let command = bench.sequencer.table_failed("blocked".to_owned()).unwrap();
+    assert!(command.trajectory.points.is_empty());
+    assert_eq!(bench.state(), State::Fault);
+    assert_eq!(bench.sequencer.status().message, "blocked");
+    assert_eq!(bench.sequencer.table_failed("again".to_owned()), None);
+    assert_eq!(bench.sequencer.status().message, "blocked");
+}

@@ -1,0 +1,272 @@
+//! How the table is moved: by the topic of a `joint_trajectory_controller`, or by its action.
+
+use std::time::Duration;
+
+use ros_node::{
+    ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Publisher, Qos, RemoteGoal,
+};
+use rotary_sins_msgs::control_msgs::{
+    FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryGoal as Goal,
+    FollowJointTrajectoryProgress as Progress, FollowJointTrajectoryResult as Outcome,
+    JointTolerance,
+};
+use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
+use sins::scheme::sequencer::{Command, SequencerSettings};
+use sins::turntable::JOINT_NAMES;
+use tokio::sync::mpsc;
+
+const TOPIC: &str = "turntable/joint_trajectory";
+const ACTION: &str = "turntable/follow_joint_trajectory";
+/// Wall time that the action's server has for an answer, and to be there when a motion is due.
+const ANSWER: Duration = Duration::from_secs(10);
+/// How often it is looked whether the server of a motion under way is still there.
+const SERVER_CHECK: Duration = Duration::from_millis(500);
+
+type Client = ActionClient<Goal, Outcome, Progress>;
+
+/// The way commands take.
+#[derive(Clone)]
+pub enum Table {
+    /// Nobody answers; what the table does is seen by the joint states alone.
+    Topic(Publisher<JointTrajectory>),
+    /// Every motion is a goal, worked off by [`Driver::run`].
+    Action {
+        /// Asks for goals.
+        client: Client,
+        /// To the driver.
+        motions: mpsc::UnboundedSender<Motion>,
+    },
+}
+
+/// A command with its number.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// Counts commands.
+    pub number: u64,
+    /// What is to be done.
+    pub command: Command,
+}
+
+/// What the driver tells of a motion.
+#[derive(Debug)]
+pub enum News {
+    /// Largest difference of a joint from where it should be \[rad\].
+    TrackingError(f64),
+    /// The table says that it has arrived.
+    Arrived,
+    /// Why the table cannot go on, with the name of the action.
+    Failed(String),
+}
+
+impl Table {
+    /// The way that the parameter `table_interface` chooses, and the driver to be run, where it takes one.
+    ///
+    /// # Errors
+    /// A name that is none, or a middleware that refuses.
+    pub fn new(
+        node: &Node,
+        settings: &SequencerSettings,
+    ) -> ros_node::Result<(Self, Option<Driver>)> {
+        if node.parameter::<String>("table_interface")? == "topic" {
+            return Ok((
+                Self::Topic(node.publisher(TOPIC, Qos::reliable(100))?),
+                None,
+            ));
+        }
+        let client: Client = node.action_client(ACTION, FOLLOW_JOINT_TRAJECTORY)?;
+        let (motions, queue) = mpsc::unbounded_channel();
+        let driver = Driver {
+            client: client.clone(),
+            motions: queue,
+            settings: *settings,
+        };
+        Ok((Self::Action { client, motions }, Some(driver)))
+    }
+
+    /// Hands a command over.
+    pub fn send(&self, motion: Motion) {
+        match self {
+            Self::Topic(publisher) => {
+                publisher.publish((&motion.command).into());
+            }
+            // The driver ends with the node only.
+            Self::Action { motions, .. } => drop(motions.send(motion)),
+        }
+    }
+
+    /// Whether a table takes commands.
+    pub fn listens(&self) -> bool {
+        match self {
+            Self::Topic(publisher) => publisher.subscriber_count() > 0,
+            Self::Action { client, .. } => client.is_server_ready(),
+        }
+    }
+
+    /// Name of the action, where motions are goals.
+    pub fn action(&self) -> Option<&str> {
+        match self {
+            Self::Topic(_) => None,
+            Self::Action { client, .. } => Some(client.name()),
+        }
+    }
+}
+
+/// Works motions off, one goal at a time.
+pub struct Driver {
+    client: Client,
+    motions: mpsc::UnboundedReceiver<Motion>,
+    settings: SequencerSettings,
+}
+
+/// The goal under way.
+struct Under {
+    number: u64,
+    goal: RemoteGoal<Goal, Outcome, Progress>,
+}
+
+impl Driver {
+    /// Runs until the node ends. `tell` is told of a motion by its number.
+    pub async fn run(mut self, tell: impl Fn(u64, News)) {
+        let mut under: Option<Under> = None;
+        let mut checks = tokio::time::interval(SERVER_CHECK);
+        checks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                biased;
+                motion = self.motions.recv() => {
+                    let Some(motion) = motion else { return };
+                    let number = motion.number;
+                    match self.command(motion, under.take()).await {
+                        Ok(next) => under = next,
+                        Err(reason) => tell(number, self.failed(&reason)),
+                    }
+                }
+                (number, news) = next(&mut under) => match news {
+                    GoalNews::Feedback(progress) => {
+                        let errors = progress.error.positions.iter().map(|error| error.abs());
+                        tell(number, News::TrackingError(errors.fold(0.0, f64::max)));
+                    }
+                    GoalNews::Ended(GoalStatus::Succeeded, _) => {
+                        under = None;
+                        tell(number, News::Arrived);
+                    }
+                    GoalNews::Ended(status, outcome) => {
+                        under = None;
+                        tell(number, self.failed(&ending(status, &outcome)));
+                    }
+                },
+                _ = checks.tick() => {
+                    if let Some(gone) = under.take_if(|_| !self.client.is_server_ready()) {
+                        tell(gone.number, self.failed("the server is gone"));
+                    }
+                }
+            }
+        }
+    }
+
+    fn failed(&self, reason: &str) -> News {
+        News::Failed(format!("action {}: {reason}", self.client.name()))
+    }
+
+    /// Asks for a motion, which takes the place of the one under way, or cancels that one.
+    async fn command(&self, motion: Motion, under: Option<Under>) -> Result<Option<Under>, String> {
+        let Motion { number, command } = motion;
+        if command.trajectory.points.is_empty() {
+            let Some(Under { goal, .. }) = under else {
+                return Ok(None);
+            };
+            return match goal.cancel(ANSWER).await {
+                Ok(CancelReturn::Rejected) => Err("the table refuses to stop".to_owned()),
+                // Whatever has ended already stands still.
+                Ok(_) => Ok(None),
+                Err(error) => Err(error.to_string()),
+            };
+        }
+        let goal = goal(&command, &self.settings);
+        match self.client.send_goal(goal, ANSWER).await {
+            Ok(Some(goal)) => Ok(Some(Under { number, goal })),
+            Ok(None) => Err("the table rejects the motion".to_owned()),
+            Err(ros_node::Error::Service { reason, .. }) => Err(reason),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+async fn next(under: &mut Option<Under>) -> (u64, GoalNews<Outcome, Progress>) {
+    match under {
+        Some(Under { number, goal }) => (*number, goal.next().await),
+        None => std::future::pending().await,
+    }
+}
+
+/// Why a goal that did not succeed has ended, for a person.
+fn ending(status: GoalStatus, outcome: &Outcome) -> String {
+    let what = match status {
+        GoalStatus::Canceled => "the motion was cancelled by somebody else".to_owned(),
+        GoalStatus::Aborted if outcome.error_code == Outcome::SUCCESSFUL => {
+            "the motion was aborted".to_owned()
+        }
+        GoalStatus::Aborted => format!("the motion was aborted: {}", outcome.error_name()),
+        _ => "the table does not know the motion any more".to_owned(),
+    };
+    if outcome.error_string.is_empty() {
+        what
+    } else {
+        format!("{what}: {}", outcome.error_string)
+    }
+}
+
+/// The table must arrive as the sequencer itself demands it.
+fn goal(command: &Command, settings: &SequencerSettings) -> Goal {
+    let tolerance = |name: &str| JointTolerance {
+        name: name.to_owned(),
+        position: settings.position_tolerance_rad,
+        ..JointTolerance::default()
+    };
+    Goal {
+        trajectory: command.into(),
+        goal_tolerance: JOINT_NAMES.map(tolerance).to_vec(),
+        goal_time_tolerance: rotary_sins_msgs::builtin_interfaces::Duration::from_nanos(
+            sins::time::seconds_to_nanos(settings.arrival_timeout_s),
+        ),
+        ..Goal::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every way in which a goal can end badly is told in one line with what the table says of it.
+    #[test]
+    fn endings_are_told() {
+        let outcome = |error_code, text: &str| Outcome {
+            error_code,
+            error_string: text.to_owned(),
+        };
+        for (status, outcome, expected) in [
+            (
+                GoalStatus::Aborted,
+                outcome(Outcome::GOAL_TOLERANCE_VIOLATED, "outer_joint"),
+                "the motion was aborted: goal tolerance violated: outer_joint",
+            ),
+            (
+                GoalStatus::Aborted,
+                outcome(0, ""),
+                "the motion was aborted",
+            ),
+            (
+                GoalStatus::Canceled,
+                outcome(0, ""),
+                "the motion was cancelled by somebody else",
+            ),
+            (
+                GoalStatus::Unknown,
+                outcome(0, ""),
+                "the table does not know the motion any more",
+            ),
+        ] {
+            assert_eq!(ending(status, &outcome), expected);
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The action `~/self_calibrate`: a goal asks for sigmas and waits until the calibrator has reached them.
+
+use ros_node::{ActionServer, GoalHandle, Node};
+use rotary_sins_msgs::{
+    Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal,
+    SelfCalibrateResult as Outcome, SelfCalibrationEstimate,
+};
+use sins::Stamp;
+use sins::self_calibration::Thresholds;
+
+use crate::calibrator::{Calibrator, Output};
+
+const ACTION: &str = "~/self_calibrate";
+
+/// The server and its goal; there is never more than one.
+pub struct SelfCalibrate {
+    server: ActionServer<Goal, Outcome, Feedback>,
+    under_way: Option<UnderWay>,
+}
+
+struct UnderWay {
+    handle: GoalHandle<Goal, Outcome, Feedback>,
+    goal: Goal,
+    /// Stamp of the first sample after the goal was accepted.
+    began: Option<Stamp>,
+}
+
+impl SelfCalibrate {
+    /// Creates the server.
+    ///
+    /// # Errors
+    /// What the middleware refuses.
+    pub fn new(node: &Node) -> ros_node::Result<Self> {
+        Ok(Self {
+            server: node.action_server(ACTION, Goal::ACTION)?,
+            under_way: None,
+        })
+    }
+
+    /// Takes goals and cancels; to be called now and then.
+    pub fn take_requests(&mut self, calibrator: &mut Calibrator) {
+        while let Some(request) = self.server.try_recv() {
+            if self.under_way.is_some() {
+                tracing::warn!("{ACTION}: goal rejected: one is under way");
+                request.reject();
+                continue;
+            }
+            if let Some(why) = nonsense(&request.goal) {
+                tracing::warn!("{ACTION}: goal rejected: {why}");
+                request.reject();
+                continue;
+            }
+            let (goal, handle) = request.accept();
+            tracing::info!("{ACTION}: goal accepted");
+            if goal.restart {
+                calibrator.restart("a goal asks for it");
+            }
+            calibrator.ask_for(Some(thresholds(&goal, calibrator.own_thresholds())));
+            self.under_way = Some(UnderWay {
+                handle,
+                goal,
+                began: None,
+            });
+        }
+        let Some(under_way) = &self.under_way else {
+            return;
+        };
+        if under_way.handle.is_cancel_requested() {
+            self.end(
+                calibrator,
+                Outcome::CANCELED,
+                "cancelled; the calibrator goes on".to_owned(),
+            );
+        } else if let Some(why) = wrong_scheme(&under_way.goal, calibrator) {
+            self.end(calibrator, Outcome::WRONG_SCHEME, why);
+        }
+    }
+
+    /// Takes what a sample has given.
+    pub fn follow(&mut self, calibrator: &mut Calibrator, output: &Output) {
+        let (Some(under_way), Some(estimate)) = (&mut self.under_way, &output.estimate) else {
+            return;
+        };
+        let now = Stamp::from(estimate.header.stamp);
+        let elapsed = now.seconds_since(*under_way.began.get_or_insert(now));
+        let feedback = feedback(estimate, elapsed, calibrator);
+        under_way.handle.feedback(feedback);
+        let limit = under_way.goal.time_limit;
+        if estimate.phase == SelfCalibrationEstimate::CONVERGED {
+            let message = format!("converged after {elapsed:.0} s: {}", estimate.message);
+            self.end(calibrator, Outcome::CONVERGED, message);
+        } else if limit > 0.0 && elapsed >= limit {
+            let message = format!("not converged within {limit:.0} s: {}", estimate.message);
+            self.end(calibrator, Outcome::TIME_LIMIT, message);
+        }
+    }
+
+    /// The node ends.
+    pub fn shut_down(&mut self, calibrator: &mut Calibrator) {
+        self.end(
+            calibrator,
+            Outcome::SHUTDOWN,
+            "the calibrator ends".to_owned(),
+        );
+    }
+
+    fn end(&mut self, calibrator: &mut Calibrator, code: u8, message: String) {
+        let Some(UnderWay { handle, .. }) = self.under_way.take() else {
+            return;
+        };
+        tracing::info!("{ACTION}: {message}");
+        let mut calibration: Calibration = calibrator.last_good().unwrap_or_default();
+        calibration.converged &= code == Outcome::CONVERGED;
+        calibrator.ask_for(None);
+        let outcome = Outcome {
+            code,
+            message,
+            calibration,
+        };
+        match code {
+            Outcome::CONVERGED => handle.succeed(&outcome),
+            Outcome::CANCELED => handle.canceled(&outcome),
+            _ => handle.abort(&outcome),
+        }
+    }
+}
+
+/// Why a goal means nothing.
+fn nonsense(goal: &Goal) -> Option<String> {
+    let numbers = [
+        ("azimuth_threshold", goal.azimuth_threshold),
+        ("level_threshold", goal.level_threshold),
+        ("gyroscope_drift_threshold", goal.gyroscope_drift_threshold),
+        (
+            "accelerometer_bias_threshold",
+            goal.accelerometer_bias_threshold,
+        ),
+        ("time_limit", goal.time_limit),
+    ];
+    if let Some((name, value)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
+        return Some(format!("{name} is {value}, expected a finite number"));
+    }
+    (goal.time_limit < 0.0)
+        .then(|| format!("time_limit is {} s, expected 0 or more", goal.time_limit))
+}
+
+/// The goal's thresholds, and the node's where the goal has none.
+fn thresholds(goal: &Goal, own: Thresholds) -> Thresholds {
+    let level = goal.level_threshold;
+    let asked = Thresholds::new(
+        [level, level, goal.azimuth_threshold],
+        [goal.accelerometer_bias_threshold; 3],
+        [goal.gyroscope_drift_threshold; 3],
+    );
+    let mut all = own;
+    for (sigma, asked) in all.sigma.iter_mut().zip(asked.sigma) {
+        if asked.is_finite() {
+            *sigma = asked;
+        }
+    }
+    all
+}
+
+/// Why the scheme that the goal names cannot bring it there. As long as nobody tells of a scheme, it may still come.
+fn wrong_scheme(goal: &Goal, calibrator: &Calibrator) -> Option<String> {
+    let status = calibrator.scheme_status()?;
+    if goal.scheme.is_empty() {
+        return None;
+    }
+    if status.scheme != goal.scheme {
+        return Some(format!(
+            "the scheme is {}, the goal asks for {}",
+            status.scheme, goal.scheme
+        ));
+    }
+    let how = match status.state {
+        SchemeStatus::FINISHED => "is finished",
+        SchemeStatus::ABORTED => "was aborted",
+        SchemeStatus::FAULT => "has a fault",
+        _ => return None,
+    };
+    // What the scheme has shown by its end may still be on its way through the samples.
+    calibrator
+        .has_come_to(status.header.stamp.into())
+        .then(|| format!("scheme {} {how}: {}", status.scheme, status.message))
+}
+
+fn feedback(estimate: &SelfCalibrationEstimate, elapsed: f64, calibrator: &Calibrator) -> Feedback {
+    let scheme = calibrator.scheme_status().cloned().unwrap_or_default();
+    Feedback {
+        header: estimate.header.clone(),
+        phase: estimate.phase,
+        phase_name: estimate.phase_name.clone(),
+        elapsed,
+        progress: calibrator.progress_share(),
+        misalignment_std: estimate.misalignment_std,
+        gyroscope_drift_std: estimate.gyroscope_drift_std,
+        accelerometer_bias_std: estimate.accelerometer_bias_std,
+        scheme: scheme.scheme,
+        scheme_cycle: scheme.cycle,
+        scheme_step: scheme.step,
+        message: estimate.message.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// What a goal leaves out is as the node's parameters say; what they do not ask for, a goal can.
+    #[test]
+    fn thresholds_of_goal_and_node() {
+        let own = Thresholds::new([0.0, 0.0, 3e-4], [1e-4; 3], [1e-8; 3]);
+        let goal = Goal {
+            level_threshold: 2e-5,
+            gyroscope_drift_threshold: 5e-8,
+            accelerometer_bias_threshold: -1.0,
+            ..Goal::default()
+        };
+        let expected = Thresholds::new([2e-5, 2e-5, 3e-4], [1e-4; 3], [5e-8; 3]);
+        assert_eq!(thresholds(&goal, own), expected);
+    }
+
+    /// Numbers that are none, and a time that runs backwards, are refused by name.
+    #[test]
+    fn nonsense_is_refused() {
+        assert_eq!(nonsense(&Goal::default()), None);
+        let goal = Goal {
+            level_threshold: f64::NAN,
+            ..Goal::default()
+        };
+        assert!(
+            nonsense(&goal)
+                .unwrap()
+                .starts_with("level_threshold is NaN")
+        );
+        let goal = Goal {
+            time_limit: -1.0,
+            ..Goal::default()
+        };
+        assert!(nonsense(&goal).unwrap().starts_with("time_limit is -1 s"));
+    }
+}

@@ -1,0 +1,72 @@
+"""Asks the calibrator for its action, in every way it can end: self_calibrate.py"""
+
+import math
+
+import rclpy
+from peer import answer, plain, reliable, spin_until
+from rclpy.action import ActionClient
+from rotary_sins_msgs.action import SelfCalibrate
+from rotary_sins_msgs.msg import SchemeStatus, SelfCalibrationEstimate
+
+DEG = math.pi / 180.0
+# Wide enough to be reached soon after the first turn.
+WIDE = {
+    "azimuth_threshold": 20.0 * DEG,
+    "level_threshold": DEG,
+    "gyroscope_drift_threshold": 1.0 * DEG / 3600.0,
+    "accelerometer_bias_threshold": 0.1,
+}
+
+rclpy.init()
+node = rclpy.create_node("asker")
+client = ActionClient(node, SelfCalibrate, "/self_calibrator/self_calibrate")
+seen = {}
+node.create_subscription(
+    SelfCalibrationEstimate, "/self_calibration/estimate", lambda m: seen.update(estimate=m), reliable(latched=True)
+)
+node.create_subscription(SchemeStatus, "/scheme/status", lambda m: seen.update(scheme=m), reliable(latched=True))
+spin_until(node, client.server_is_ready, "the calibrator")
+spin_until(node, lambda: len(seen) == 2, "estimate and scheme")
+
+
+def wait(future, what):
+    spin_until(node, future.done, what, 120.0)
+    return future.result()
+
+
+class Asked:
+    def __init__(self, **fields):
+        self.feedback = []
+        call = client.send_goal_async(
+            SelfCalibrate.Goal(**fields), feedback_callback=lambda m: self.feedback.append(plain(m.feedback))
+        )
+        self.handle = wait(call, "an answer to the goal")
+
+    def end(self):
+        response = wait(self.handle.get_result_async(), "a result")
+        return {"status": response.status, "result": plain(response.result), "feedback": self.feedback}
+
+
+def stamp(message):
+    return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
+
+
+found = {
+    "nonsense": Asked(time_limit=-1.0).handle.accepted,
+    "not a number": Asked(azimuth_threshold=math.nan).handle.accepted,
+}
+first = Asked(restart=True, time_limit=90.0, azimuth_threshold=1e-9)
+found["second"] = Asked().handle.accepted
+found["time limit"] = first.end()
+found["wrong scheme"] = Asked(scheme="static").end()
+found["converged"] = Asked(scheme=seen["scheme"].scheme, **WIDE).end()
+running = Asked(azimuth_threshold=1e-9)
+spin_until(node, lambda: len(running.feedback) > 2, "feedback")
+code = wait(running.handle.cancel_goal_async(), "an answer to the cancel").return_code
+found["cancelled"] = running.end() | {"code": code}
+before = stamp(seen["estimate"])
+spin_until(node, lambda: stamp(seen["estimate"]) > before + 5.0, "the calibrator goes on")
+found["after"] = {"duration": seen["estimate"].duration, "phase": seen["estimate"].phase_name}
+# By the parameters alone it had not converged: what a goal asked for is over with it.
+answer(found)
+rclpy.shutdown()
