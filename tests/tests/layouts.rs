@@ -396,21 +396,20 @@ fn model(urdf: &str, run: &RecordedRun) -> Vec<String> {
             ));
         }
         let [roll, pitch, yaw] = attribute("origin", "rpy").unwrap();
-        let angle = match joint.attribute("type").unwrap() {
-            "fixed" => 0.0,
-            _ => {
-                let at = elements(&states["name"]).position(|joint| joint == name);
-                let angle = states["position"][at.unwrap()].as_f64().unwrap();
-                assert!(angle.abs() > 1.0, "{name} did not turn: {angle} rad");
-                angle
-            }
+        let angle = if joint.attribute("type") == Some("fixed") {
+            0.0
+        } else {
+            let at = elements(&states["name"]).position(|joint| joint == name);
+            let angle = states["position"][at.unwrap()].as_f64().unwrap();
+            assert!(angle.abs() > 1.0, "{name} did not turn: {angle} rad");
+            angle
         };
         let axis = Vector3::from(attribute("axis", "xyz").unwrap_or([1.0, 0.0, 0.0]));
         let expected = UnitQuaternion::from_euler_angles(roll, pitch, yaw)
             * UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), angle);
         let [x, y, z] = attribute("origin", "xyz").unwrap();
         let is = transform.transform.rotation.rotation().unwrap();
-        let place = Vector3::from(transform.transform.translation.clone());
+        let place = Vector3::from(transform.transform.translation);
         if expected.angle_to(&is) > 1e-6 || (place - Vector3::new(x, y, z)).norm() > 1e-9 {
             problems
                 .0
@@ -425,13 +424,15 @@ fn model(urdf: &str, run: &RecordedRun) -> Vec<String> {
 }
 
 type Check = fn(&str, &RecordedRun) -> Vec<String>;
+/// File, check, and words of it with what they are misspelt as.
+type Case<'a> = (&'a str, Check, &'a [(&'a str, &'a str)]);
 
 /// The layouts have no problem; with any of these words misspelt they have one.
 #[test]
 fn what_layouts_name_is_there() {
     isolated(|| {
         let run = RecordedRun::make("layouts");
-        let files: [(&str, Check, &[(&str, &str)]); 4] = [
+        let files: [Case<'_>; 4] = [
             (
                 "layouts/foxglove.json",
                 foxglove,
