@@ -171,7 +171,6 @@ def runs():
 
     run("hold")
     # The goal is not ended before, as little as by a table that loses its power.
-    node.remove_waitable(state["server"])
     state["way"] = "gone"
     time.sleep(0.2)
     state["server"].destroy()

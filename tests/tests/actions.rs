@@ -228,7 +228,7 @@ fn run_table(python: &Path) {
     for tolerance in numbers(&obey["tolerance"]) {
         assert!((tolerance - 0.01f64.to_radians()).abs() < 1e-15, "{obey}");
     }
-    assert_eq!(obey["time"], 2);
+    assert_eq!(obey["time"], 1);
     assert_eq!(found["pause"], json!({"paused": true, "resumed": true}));
     assert_eq!(found["never cancelled"], 1);
     for (way, reason) in [
@@ -389,7 +389,7 @@ fn follow_feedback(feedback: &[Value]) {
     let elapsed = of("elapsed");
     assert_eq!(elapsed[0], 0.0);
     assert!(
-        elapsed.windows(2).all(|pair| pair[0] < pair[1]),
+        elapsed.windows(2).all(|pair| pair[0] <= pair[1]),
         "{elapsed:?}"
     );
     assert!(*elapsed.last().unwrap() >= 90.0, "{elapsed:?}");

@@ -207,29 +207,34 @@ async fn exchange(python: &Path) {
         .iter()
         .fold(Peer::new(python, "interfaces.py"), Peer::arg);
     let peer = tokio::task::spawn_blocking(move || peer.ask());
-    let (follow, calibrate, set_bool, trigger) = tokio::join!(
-        both_ends_of_action::<
-            control_msgs::FollowJointTrajectoryGoal,
-            control_msgs::FollowJointTrajectoryResult,
-            control_msgs::FollowJointTrajectoryFeedback,
-        >(&node, "follow", FOLLOW_JOINT_TRAJECTORY),
-        both_ends_of_action::<SelfCalibrateGoal, SelfCalibrateResult, SelfCalibrateFeedback>(
-            &node,
-            "calibrate",
-            SelfCalibrateGoal::ACTION
-        ),
-        both_ends_of_service::<SetBoolRequest, SetBoolResponse>(
-            &node,
-            "set_bool",
-            "std_srvs/srv/SetBool"
-        ),
-        both_ends_of_service::<TriggerRequest, TriggerResponse>(
-            &node,
-            "trigger",
-            "std_srvs/srv/Trigger"
-        ),
-    );
-    let answer = peer.await.unwrap();
+    let ends = async {
+        tokio::join!(
+            both_ends_of_action::<
+                control_msgs::FollowJointTrajectoryGoal,
+                control_msgs::FollowJointTrajectoryResult,
+                control_msgs::FollowJointTrajectoryFeedback,
+            >(&node, "follow", FOLLOW_JOINT_TRAJECTORY),
+            both_ends_of_action::<SelfCalibrateGoal, SelfCalibrateResult, SelfCalibrateFeedback>(
+                &node,
+                "calibrate",
+                SelfCalibrateGoal::ACTION
+            ),
+            both_ends_of_service::<SetBoolRequest, SetBoolResponse>(
+                &node,
+                "set_bool",
+                "std_srvs/srv/SetBool"
+            ),
+            both_ends_of_service::<TriggerRequest, TriggerResponse>(
+                &node,
+                "trigger",
+                "std_srvs/srv/Trigger"
+            ),
+        )
+    };
+    // What the peer says comes first: without it nothing here ends well.
+    let (answer, ends) = tokio::join!(peer, tokio::time::timeout(2 * LONG, ends));
+    let answer = answer.unwrap();
+    let (follow, calibrate, set_bool, trigger) = ends.expect("both ends of actions and services");
     let mut book = Book::default();
     for part in [follow, calibrate, set_bool, trigger] {
         book.add(part);
