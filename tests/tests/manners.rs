@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use rotary_sins_msgs::Calibration;
 use serde_json::{Value, json};
 use suite_tests::{
-    Answer, Peer, Program, Scene, executable, isolated, peer_python, repository, skip,
+    Answer, Peer, Program, Scene, Simulation, executable, isolated, messages, peer_python,
+    repository, rotary_sins, skip, vector,
 };
 
 /// Within a network of its own: with every distribution that is set up.
@@ -16,7 +18,9 @@ fn with_every_distribution(test: impl Fn(&Path)) {
         .into_iter()
         .filter_map(peer_python)
         .collect();
-    pythons.iter().for_each(|python| test(python));
+    for python in &pythons {
+        test(python);
+    }
 }
 
 fn simulator() -> Program {
@@ -92,7 +96,7 @@ fn a_lifecycle_manager_rules_a_node() {
                 .cloned()
                 .collect();
             assert_eq!(events, expected);
-        })
+        });
     });
 }
 
@@ -125,7 +129,7 @@ fn a_node_that_cannot_be_configured_stays_unconfigured() {
                 .ask();
             assert_eq!(answers, json!([{"success": true, "state": "active"}]));
             scene.end();
-        })
+        });
     });
 }
 
@@ -169,7 +173,7 @@ fn type_descriptions_are_those_of_rclpy() {
                     .contains("PointCloud2"),
                 "{answer}"
             );
-        })
+        });
     });
 }
 
@@ -210,7 +214,7 @@ fn quality_of_service_by_parameter() {
             );
             assert_eq!((&told["before"], &told["after"]), (&json!(7), &json!(7)));
             assert_eq!(told["set"]["successful"], false);
-        })
+        });
     });
 }
 
@@ -262,7 +266,7 @@ fn incompatible_quality_of_service_is_told() {
             for word in ["/self_calibration/calibration", "durability"] {
                 assert!(message.contains(word), "{message}");
             }
-        })
+        });
     });
 }
 
@@ -281,7 +285,7 @@ fn the_time_can_be_changed_while_a_node_runs() {
                 answer["error_of_the_last_s"].as_f64().unwrap() < 30.0,
                 "{answer}"
             );
-        })
+        });
     });
 }
 
@@ -340,4 +344,66 @@ fn heard_over_a_wire(python: &Path, peers_of_the_node: &str, seconds: &str) -> u
         .unwrap();
     let answer = Answer::from(output).expect_status(0).json();
     answer["received"].as_u64().unwrap()
+}
+
+/// What `~/save` writes is what the command line writes, and another calibrator publishes it after `~/load`, to the last
+/// bit.
+#[test]
+fn a_saved_calibration_is_loaded_again() {
+    isolated(|| {
+        let Some(python) = peer_python("kilted") else {
+            return;
+        };
+        let bag = Simulation::new("eight-position", 0.5, 10.0, 21).bag();
+        let mut scene = Scene::new("save_load");
+        let file = scene.folder().join("kept/calibration.yaml");
+        let calibrator =
+            Program::new("self_calibrator").parameter("calibration_file", file.to_str().unwrap());
+        let ask = |service: &str| {
+            let name = format!("/self_calibrator/{service}");
+            let answers = Peer::new(&python, "trigger.py").arg(name).ask();
+            let answer = &answers[0];
+            let message = answer["message"].as_str().unwrap().to_owned();
+            (answer["success"].as_bool().unwrap(), message)
+        };
+
+        let mut first = scene.start_apart(&calibrator);
+        let (success, message) = ask("load");
+        assert!(
+            !success && message.contains("kept/calibration.yaml"),
+            "{message}"
+        );
+        let (success, message) = ask("save");
+        assert!(!success && message.contains("no estimate"), "{message}");
+        scene.finish(scene.play(&bag, 300.0));
+        let (success, message) = ask("save");
+        assert!(success, "{message}");
+        first.interrupt();
+
+        let json = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"])
+            .expect_status(1)
+            .json();
+        let _ = rotary_sins(&[
+            "navigate",
+            bag.to_str().unwrap(),
+            "--calibration",
+            file.to_str().unwrap(),
+        ])
+        .expect_status(0);
+
+        let recording = scene.record("recording", &["/self_calibration/calibration"]);
+        scene.start(&calibrator);
+        let (success, message) = ask("load");
+        assert!(success, "{message}");
+        std::thread::sleep(Duration::from_secs(2));
+        scene.end();
+        let loaded: Vec<Calibration> = messages(&recording, "/self_calibration/calibration");
+        assert_eq!(loaded.len(), 1);
+        assert_eq!(loaded[0].source, file.to_str().unwrap());
+        assert_eq!(
+            loaded[0].gyroscope_drift.to_vec(),
+            vector(&json, "gyroscope_drift_rad_s")
+        );
+        assert_eq!(loaded[0].covariance, vector(&json, "covariance"));
+    });
 }
