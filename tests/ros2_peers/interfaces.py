@@ -15,6 +15,7 @@ from peer import answer, filled, message_type, plain, reliable, spin_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.duration import Duration
 from rotary_sins_msgs.action import SelfCalibrate
+from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 ACTIONS = {"follow": FollowJointTrajectory, "calibrate": SelfCalibrate}
@@ -65,6 +66,9 @@ for name, kind in ACTIONS.items():
     sent[f"{name} feedback"] = plain(filled(kind.Feedback))
     sent[f"{name} result"] = plain(filled(kind.Result))
 
+finished = []
+node.create_subscription(String, "/done", finished.append, reliable(1, latched=True))
+
 spin_until(node, lambda: all(p.get_subscription_count() > 0 for p, _ in publishers), "everybody listens")
 for publisher, message in publishers:
     publisher.publish(message)
@@ -94,6 +98,7 @@ for name, kind in ACTIONS.items():
 expected = set(messages) | {f"{name} {part}" for name in SERVICES for part in ("request", "response")}
 expected |= {f"{name} {part}" for name in ACTIONS for part in ("goal", "feedback", "result")}
 spin_until(node, lambda: expected <= set(received), "everything")
+spin_until(node, lambda: finished, "the test has heard everything")
 for publisher, _ in publishers:
     if not publisher.wait_for_all_acked(Duration(seconds=20)):
         sys.exit(f"{publisher.topic_name}: not acknowledged")

@@ -3,6 +3,8 @@
 Runs the scheme of /scheme_sequencer once for each way a motion can go, and answers with what the sequencer said of it.
 """
 
+import os
+import sys
 import threading
 import time
 
@@ -50,7 +52,7 @@ def execute(goal):
     target = [points[-1].positions[i] for i in order]
     while time.time() < end or way in ("hold", "never"):
         if state["way"] == "gone":
-            return result
+            time.sleep(LONG)
         if goal.is_cancel_requested:
             state["moving"] = [0.0, 0.0]
             goal.canceled()
@@ -186,5 +188,6 @@ node.create_subscription(
 thread = threading.Thread(target=executor.spin, daemon=True)
 thread.start()
 answer(runs())
-executor.shutdown()
-rclpy.shutdown()
+# The goal of the table that is gone never ends, so neither would its thread.
+sys.stdout.flush()
+os._exit(0)

@@ -4,6 +4,7 @@
 
 use std::any::Any;
 use std::path::{Path, PathBuf};
+use std::pin::Pin;
 use std::time::Duration;
 
 use ros_node::{ActionPart, GoalNews, Message, Node, NodeBuilder, Qos};
@@ -22,6 +23,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use suite_tests::{Peer, assert_filled, filled, isolated, peer_python};
 
+/// There is no wheel of its package; it is held against rosbags by the tests of the messages.
+const MISSING: &str = "tf2_msgs/msg/TFMessage";
 const LONG: Duration = Duration::from_secs(60);
 
 fn plain(message: impl Serialize) -> Value {
@@ -32,7 +35,7 @@ fn plain(message: impl Serialize) -> Value {
 struct Topics {
     name: &'static str,
     sent: Value,
-    take: Box<dyn FnMut() -> Option<Value>>,
+    received: Pin<Box<dyn Future<Output = Value>>>,
     /// Keeps the latched message.
     _publisher: Box<dyn Any>,
 }
@@ -51,7 +54,7 @@ fn topics<M: RosMessage + Message + Sync>(node: &Node) -> Topics {
     Topics {
         name: M::TYPE_NAME,
         sent,
-        take: Box::new(move || subscription.try_recv().map(plain)),
+        received: Box::pin(async move { plain(subscription.recv().await) }),
         _publisher: Box::new(publisher),
     }
 }
@@ -203,12 +206,17 @@ async fn exchange(python: &Path) {
     sorted.1.sort_unstable();
     assert_eq!(sorted.0, sorted.1, "types that are looked at");
 
+    topics.retain(|topic| topic.name != MISSING);
+
     let peer = names
         .iter()
         .fold(Peer::new(python, "interfaces.py"), Peer::arg);
     let peer = tokio::task::spawn_blocking(move || peer.ask());
+    let done = node
+        .publisher::<std_msgs::String>("/done", Qos::latched(1))
+        .unwrap();
     let ends = async {
-        tokio::join!(
+        let ends = tokio::join!(
             both_ends_of_action::<
                 control_msgs::FollowJointTrajectoryGoal,
                 control_msgs::FollowJointTrajectoryResult,
@@ -229,22 +237,27 @@ async fn exchange(python: &Path) {
                 "trigger",
                 "std_srvs/srv/Trigger"
             ),
-        )
+        );
+        let mut received = Vec::new();
+        for topic in &mut topics {
+            received.push(topic.received.as_mut().await);
+        }
+        // The peer serves until then.
+        done.publish(std_msgs::String::default());
+        (ends, received)
     };
     // What the peer says comes first: without it nothing here ends well.
     let (answer, ends) = tokio::join!(peer, tokio::time::timeout(2 * LONG, ends));
     let answer = answer.unwrap();
-    let (follow, calibrate, set_bool, trigger) = ends.expect("both ends of actions and services");
+    let ((follow, calibrate, set_bool, trigger), received) =
+        ends.expect("both ends of actions and services");
     let mut book = Book::default();
     for part in [follow, calibrate, set_bool, trigger] {
         book.add(part);
     }
-    // There is no wheel of tf2_msgs; the type is held against rosbags by the tests of the messages.
-    assert_eq!(answer["missing"], json!(["tf2_msgs/msg/TFMessage"]));
-    topics.retain(|topic| topic.name != "tf2_msgs/msg/TFMessage");
-    for topic in &mut topics {
-        book.sent.insert(topic.name.to_owned(), topic.sent.take());
-        let received = (topic.take)().unwrap_or_else(|| panic!("{}: nothing came", topic.name));
+    assert_eq!(answer["missing"], json!([MISSING]));
+    for (topic, received) in topics.into_iter().zip(received) {
+        book.sent.insert(topic.name.to_owned(), topic.sent);
         book.received.insert(topic.name.to_owned(), received);
     }
     compare(book, &answer);
@@ -286,8 +299,9 @@ fn everything_goes_both_ways() {
         .collect();
     if !pythons.is_empty() {
         isolated(|| {
-            let runtime = tokio::runtime::Runtime::new().unwrap();
             for python in &pythons {
+                // The servers of a node live as long as its tasks.
+                let runtime = tokio::runtime::Runtime::new().unwrap();
                 runtime.block_on(exchange(python));
             }
         });
