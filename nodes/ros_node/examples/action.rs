@@ -88,11 +88,11 @@ async fn execute(seconds: i32, mut handle: GoalHandle<Goal, Outcome, Feedback>) 
     for count in 1..=seconds {
         tokio::select! {
             () = tokio::time::sleep(Duration::from_secs(1)) => {}
-            () = handle.cancel_requested() => return handle.canceled(outcome("stopped counting")),
+            () = handle.cancel_requested() => return handle.canceled(&outcome("stopped counting")),
         }
         let mut feedback = Feedback::default();
         feedback.header.stamp.sec = count;
         handle.feedback(feedback);
     }
-    handle.succeed(outcome("counted"));
+    handle.succeed(&outcome("counted"));
 }
