@@ -15,8 +15,8 @@ use rotary_sins_msgs::std_srvs::{
 use rotary_sins_msgs::{
     ACTION_PARTS, Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrateFeedback,
     SelfCalibrateGoal, SelfCalibrateResult, SelfCalibrationEstimate, builtin_interfaces,
-    diagnostic_msgs, geometry_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs,
-    tf2_msgs, trajectory_msgs,
+    diagnostic_msgs, geometry_msgs, lifecycle_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs,
+    sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -105,6 +105,10 @@ fn all_topics(node: &Node) -> Vec<Topics> {
         rcl_interfaces::ParameterValue,
         rcl_interfaces::Parameter,
         rcl_interfaces::ParameterEvent,
+        lifecycle_msgs::State,
+        lifecycle_msgs::Transition,
+        lifecycle_msgs::TransitionDescription,
+        lifecycle_msgs::TransitionEvent,
         SchemeStatus,
         SelfCalibrationEstimate,
         Calibration,
