@@ -2,6 +2,7 @@
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 
+use nix::sys::signal::{SigSet, SigmaskHow};
 use rustdds::{DomainParticipant, DomainParticipantBuilder};
 
 use crate::error::{Error, Result};
@@ -102,10 +103,20 @@ impl Environment {
         } else {
             builder
         };
-        builder.build().map_err(|error| Error::Create {
+        let failed = |reason: String| Error::Create {
             what: format!("the DDS participant in domain {}", self.domain_id),
-            reason: error.to_string(),
-        })
+            reason,
+        };
+        // RustDDS's event loops end where a signal interrupts them. Threads inherit the mask of who makes them, so that
+        // every signal (SIGINT, a child's SIGCHLD) is handled by others.
+        let unmasked = SigSet::all()
+            .thread_swap_mask(SigmaskHow::SIG_BLOCK)
+            .map_err(|error| failed(error.to_string()))?;
+        let participant = builder.build();
+        unmasked
+            .thread_set_mask()
+            .map_err(|error| failed(error.to_string()))?;
+        participant.map_err(|error| failed(error.to_string()))
     }
 }
 
