@@ -273,9 +273,17 @@ fn serve(node: &Node, shared: &Shared) -> Result<()> {
         }),
     ];
     for (name, done, ask) in services {
-        let shared = shared.clone();
+        let (shared, own) = (shared.clone(), node.clone());
         node.serve(name, "std_srvs/srv/Trigger", move |_: TriggerRequest| {
-            shared.request(done, ask)
+            // What it would command could not leave the node.
+            if own.is_active() {
+                shared.request(done, ask)
+            } else {
+                TriggerResponse {
+                    success: false,
+                    message: "the node is not active".to_owned(),
+                }
+            }
         })?;
     }
     Ok(())
