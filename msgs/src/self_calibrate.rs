@@ -51,6 +51,8 @@ impl SelfCalibrateResult {
     pub const WRONG_SCHEME: u8 = 3;
     /// The node ended.
     pub const SHUTDOWN: u8 = 4;
+    /// The samples of the IMU stopped, or never came.
+    pub const NO_SAMPLES: u8 = 5;
 }
 
 /// How far it has come.

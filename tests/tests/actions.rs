@@ -312,16 +312,27 @@ fn ask_for_calibration(python: &Path) {
     scene.start(
         &Program::new("self_calibrator")
             .parameter("coarse_alignment_s", "60.0")
+            .parameter("silence_s", "0.5")
             .parameter("innovation_window_updates", "20"),
     );
     scene.start(&Program::new("scheme_sequencer").parameter("dwell_s", "20.0"));
-    scene.start(
+    let mut simulator = scene.start_apart(
         &Program::new("imu_simulator")
             .parameter("imu_rate_hz", "20.0")
             .parameter("speed", "40.0"),
     );
     let found = Peer::new(python, "self_calibrate.py").ask();
+    simulator.interrupt();
+    let silent = Peer::new(python, "self_calibrate.py").arg("silent").ask();
     scene.end();
+
+    assert_eq!(silent["status"], ABORTED, "{silent}");
+    assert_eq!(silent["result"]["code"], 5);
+    assert_eq!(
+        text(&silent["result"], "message"),
+        "no imu/data_raw for 5 s"
+    );
+    assert_eq!(silent["result"]["calibration"]["valid"], true);
 
     assert_eq!(found["nonsense"], false);
     assert_eq!(found["not a number"], false);

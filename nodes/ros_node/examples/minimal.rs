@@ -1,4 +1,5 @@
-//! The least a node needs: a parameter, a topic, a service, a clean end.
+//! The least a node needs: a parameter, a topic, a service, a clean end. It is a managed node, which takes one line:
+//! `ros2 lifecycle set /minimal deactivate` makes it silent.
 //!
 //! `cargo run -p ros_node --example minimal -- --ros-args -p rate:=5.0 -r status:=/ship/status`
 
@@ -20,7 +21,8 @@ fn main() -> ExitCode {
         )
         .parameter(
             Parameter::new("panic", false).describe("panics at once, to show what becomes of it"),
-        );
+        )
+        .managed();
     ros_node::run(builder, counter)
 }
 

@@ -79,6 +79,16 @@ impl InputWatch {
         self.silent_for(Instant::now()) > self.patience
     }
 
+    /// Time since the last message, or since the watch began.
+    pub fn silence(&self) -> Duration {
+        self.silent_for(Instant::now())
+    }
+
+    /// Silence that is no fault.
+    pub fn patience(&self) -> Duration {
+        self.patience
+    }
+
     fn silent_for(&self, now: Instant) -> Duration {
         now.saturating_duration_since(self.last_arrival.unwrap_or(self.since))
     }

@@ -174,7 +174,16 @@ impl Shared {
     fn report(&self) -> Report {
         let machine = self.machine();
         let (state, gaps) = (machine.sequencer.state(), machine.sequencer.gaps());
-        let mut report = Report::ok(state.name()).with("gaps in the joint states", gaps);
+        let status = machine.sequencer.status();
+        let mut report = Report::ok(state.name())
+            .with("scheme", &status.scheme)
+            .with("cycle", status.cycle)
+            .with(
+                "step",
+                format!("{} of {}", status.step, status.steps_per_cycle),
+            )
+            .with("position", &status.position)
+            .with("gaps in the joint states", gaps);
         if gaps > 0 {
             report = report.worsened(
                 Level::Warn,
@@ -195,7 +204,7 @@ impl Shared {
             );
         }
         if state == State::Fault {
-            report = report.worsened(Level::Error, &machine.sequencer.status().message);
+            report = report.worsened(Level::Error, &status.message);
         }
         report
     }

@@ -1,6 +1,8 @@
 //! The action `~/self_calibrate`: a goal asks for sigmas and waits until the calibrator has reached them.
 
-use ros_node::{ActionServer, GoalHandle, Node};
+use std::time::Instant;
+
+use ros_node::{ActionServer, GoalHandle, InputWatch, Node};
 use rotary_sins_msgs::{
     Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal,
     SelfCalibrateResult as Outcome, SelfCalibrationEstimate,
@@ -11,6 +13,8 @@ use sins::self_calibration::Thresholds;
 use crate::calibrator::{Calibrator, Output};
 
 const ACTION: &str = "~/self_calibrate";
+/// Times the patience with the samples after which a goal is given up: a driver may be started anew meanwhile.
+const SILENCES: u32 = 10;
 
 /// The server and its goal; there is never more than one.
 pub struct SelfCalibrate {
@@ -21,6 +25,7 @@ pub struct SelfCalibrate {
 struct UnderWay {
     handle: GoalHandle<Goal, Outcome, Feedback>,
     goal: Goal,
+    accepted: Instant,
     /// Stamp of the first sample after the goal was accepted.
     began: Option<Stamp>,
 }
@@ -59,6 +64,7 @@ impl SelfCalibrate {
             self.under_way = Some(UnderWay {
                 handle,
                 goal,
+                accepted: Instant::now(),
                 began: None,
             });
         }
@@ -73,6 +79,8 @@ impl SelfCalibrate {
             );
         } else if let Some(why) = wrong_scheme(&under_way.goal, calibrator) {
             self.end(calibrator, Outcome::WRONG_SCHEME, why);
+        } else if let Some(why) = silence(under_way, calibrator.samples()) {
+            self.end(calibrator, Outcome::NO_SAMPLES, why);
         }
     }
 
@@ -183,6 +191,15 @@ fn wrong_scheme(goal: &Goal, calibrator: &Calibrator) -> Option<String> {
     calibrator
         .has_come_to(status.header.stamp.into())
         .then(|| format!("scheme {} {how}: {}", status.scheme, status.message))
+}
+
+/// Why nothing more will come of a goal: its time limit runs by the samples, which have stopped.
+fn silence(under_way: &UnderWay, samples: &InputWatch) -> Option<String> {
+    let silence = samples.silence().min(under_way.accepted.elapsed());
+    (silence > SILENCES * samples.patience()).then(|| {
+        let (topic, seconds) = (samples.topic(), silence.as_secs_f64());
+        format!("no {topic} for {seconds:.0} s")
+    })
 }
 
 fn feedback(estimate: &SelfCalibrationEstimate, elapsed: f64, calibrator: &Calibrator) -> Feedback {

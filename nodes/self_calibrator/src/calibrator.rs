@@ -248,6 +248,11 @@ impl Calibrator {
         }
     }
 
+    /// The samples, as they arrive.
+    pub fn samples(&self) -> &InputWatch {
+        &self.inputs.imu
+    }
+
     /// Writes the calibration into a file.
     pub fn save(&self, path: &Path) -> TriggerResponse {
         storage::save(path, self.latest.as_ref(), &self.source)
