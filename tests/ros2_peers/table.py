@@ -165,6 +165,8 @@ def runs():
     for way in ("fail", "reject", "never"):
         run(way)
         found[way] = fault(way)
+    # The fault is told before the goal is cancelled.
+    wait(lambda: state["cancels"] > 0, "the motion without an end is cancelled")
     found["never cancelled"] = state["cancels"]
 
     run("hold")
