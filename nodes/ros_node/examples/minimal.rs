@@ -22,6 +22,11 @@ fn main() -> ExitCode {
         .parameter(
             Parameter::new("panic", false).describe("panics at once, to show what becomes of it"),
         )
+        .parameter(
+            Parameter::new("fail", false)
+                .describe("ends with an error as soon as it is set, to show what becomes of it")
+                .changeable(),
+        )
         .managed();
     ros_node::run(builder, counter)
 }
@@ -46,6 +51,9 @@ async fn counter(node: Node) -> Result<(), ros_node::Error> {
         tokio::select! {
             () = node.shutdown() => break,
             () = node.clock().sleep(period) => {}
+        }
+        if node.parameter::<bool>("fail")? {
+            return Err(ros_node::Error::Argument("asked to fail".to_owned()));
         }
         publisher.publish(KeyValue {
             key: "count".to_owned(),

@@ -9,6 +9,9 @@ use ros_node::{Node, NodeBuilder, Parameter, Qos};
 use ros2_client::rcl_interfaces as rcl;
 use rotary_sins_msgs::builtin_interfaces::Time;
 use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, KeyValue};
+use rotary_sins_msgs::lifecycle_msgs::{
+    ChangeStateRequest, ChangeStateResponse, Transition, TransitionEvent,
+};
 use rotary_sins_msgs::rosgraph_msgs::Clock;
 use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
 
@@ -255,6 +258,82 @@ async fn inner_services() {
         "{}",
         array.status[0].name
     );
+}
+
+#[test]
+fn an_error_at_work_leaves_a_managed_node_unconfigured() {
+    run_inner("inner_error");
+}
+
+/// A managed node whose main function fails at work goes through error processing, lives on, and can be configured anew.
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "run by the test of its namespace"]
+async fn inner_error() {
+    let mut child = Command::new(minimal())
+        .args(["--ros-args", "-p", "lifecycle_autostart:=false"])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let manager = start("manager", &[]);
+    let mut events = manager
+        .subscription::<TransitionEvent>("/minimal/transition_event", Qos::reliable(10))
+        .unwrap();
+    assert!(events.wait_for_publishers(1, LONG).await);
+    let change = manager
+        .client("/minimal/change_state", "lifecycle_msgs/srv/ChangeState")
+        .unwrap();
+    let step = async |id| {
+        let transition = Transition {
+            id,
+            label: String::new(),
+        };
+        let answer: ChangeStateResponse = change
+            .call(ChangeStateRequest { transition }, LONG)
+            .await
+            .unwrap();
+        answer.success
+    };
+    let set = manager
+        .client(
+            "/minimal/set_parameters",
+            "rcl_interfaces/srv/SetParameters",
+        )
+        .unwrap();
+    let fail = async |value| {
+        let parameter = ros2_client::parameters::Parameter {
+            name: "fail".into(),
+            value: ros2_client::ParameterValue::Boolean(value),
+        };
+        let request = rcl::SetParametersRequest {
+            parameter: vec![parameter.into()],
+        };
+        let answer: rcl::SetParametersResponse = set.call(request, LONG).await.unwrap();
+        assert!(answer.results[0].successful);
+    };
+    assert!(step(Transition::CONFIGURE).await && step(Transition::ACTIVATE).await);
+    fail(true).await;
+    let mut passed = Vec::new();
+    while passed.last().map(String::as_str) != Some("unconfigured") {
+        let event = tokio::time::timeout(LONG, events.recv()).await.unwrap();
+        passed.push(event.goal_state.label);
+    }
+    assert_eq!(
+        passed,
+        [
+            "configuring",
+            "inactive",
+            "activating",
+            "active",
+            "deactivating",
+            "errorprocessing",
+            "unconfigured"
+        ]
+    );
+    assert!(child.try_wait().unwrap().is_none());
+    fail(false).await;
+    assert!(step(Transition::CONFIGURE).await && step(Transition::ACTIVATE).await);
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
 
 /// The example that stands for a node's executable.
