@@ -22,6 +22,30 @@ pub struct Duration {
     pub nanosec: u32,
 }
 
+const NANOS_PER_SECOND: i64 = 1_000_000_000;
+
+/// Both are the same two numbers.
+macro_rules! in_nanoseconds {
+    ($($type:ty),*) => { $(
+        impl $type {
+            /// From nanoseconds.
+            pub const fn from_nanos(nanos: i64) -> Self {
+                Self {
+                    sec: nanos.div_euclid(NANOS_PER_SECOND) as i32,
+                    nanosec: nanos.rem_euclid(NANOS_PER_SECOND) as u32,
+                }
+            }
+
+            /// In nanoseconds.
+            pub const fn nanos(self) -> i64 {
+                self.sec as i64 * NANOS_PER_SECOND + self.nanosec as i64
+            }
+        }
+    )* };
+}
+
+in_nanoseconds!(Time, Duration);
+
 ros_message!(
     Time,
     "builtin_interfaces/msg/Time",

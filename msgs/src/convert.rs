@@ -1,6 +1,6 @@
 //! Messages to samples and back: the one function that both the DDS path and the bag path use.
 
-use nalgebra::{Quaternion as RawQuaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion as RawQuaternion, SMatrix, UnitQuaternion, Vector3};
 use sins::{
     estimation::filter::VelocityMeasurement,
     imu::ImuSample,
@@ -58,6 +58,11 @@ fn listed(names: &[String]) -> String {
     }
 }
 
+/// A square matrix row by row, as messages have it; `M` is the square of `N`.
+pub fn row_major<const N: usize, const M: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; M] {
+    std::array::from_fn(|index| matrix[(index / N, index % N)])
+}
+
 impl From<Time> for Stamp {
     fn from(time: Time) -> Self {
         Self::from_sec_nanosec(time.sec, time.nanosec)
@@ -68,19 +73,6 @@ impl From<Stamp> for Time {
     fn from(stamp: Stamp) -> Self {
         let (sec, nanosec) = stamp.sec_nanosec();
         Self { sec, nanosec }
-    }
-}
-
-impl Duration {
-    /// From nanoseconds.
-    pub const fn from_nanos(nanos: i64) -> Self {
-        let (sec, nanosec) = Stamp::from_nanos(nanos).sec_nanosec();
-        Self { sec, nanosec }
-    }
-
-    /// In nanoseconds.
-    pub const fn nanos(self) -> i64 {
-        Stamp::from_sec_nanosec(self.sec, self.nanosec).nanos()
     }
 }
 

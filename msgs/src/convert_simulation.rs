@@ -6,6 +6,7 @@ use sins::sensor_errors::SensorErrors;
 use sins::simulation::{PositionFix, ShipState, VelocityFix};
 use sins::time::Stamp;
 
+use crate::convert::row_major;
 use crate::geometry_msgs::TwistWithCovarianceStamped;
 use crate::nav_msgs::Odometry;
 use crate::sensor_msgs::{NavSatFix, NavSatStatus};
@@ -98,10 +99,6 @@ impl Calibration {
             ..Self::default()
         }
     }
-}
-
-fn row_major(matrix: &nalgebra::Matrix3<f64>) -> [f64; 9] {
-    std::array::from_fn(|index| matrix[(index / 3, index % 3)])
 }
 
 impl From<&Command> for JointTrajectory {

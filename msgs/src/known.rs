@@ -1,9 +1,7 @@
 //! Every message type of this crate, by name, for tools that learn the type of a topic at run time.
 
 use crate::{
-    RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult, builtin_interfaces,
-    control_msgs, diagnostic_msgs, geometry_msgs, interfaces, lifecycle_msgs, nav_msgs,
-    rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+    RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult, control_msgs,
 };
 
 /// A message type as a tool sees it that has only its name.
@@ -41,55 +39,69 @@ const fn known<M: RosMessage>() -> KnownType {
     }
 }
 
+/// Hands every message type that topics carry to a macro: `with_known_types!(name)` becomes `name!(Type, Type, ...)`, and
+/// `with_known_types!(name, value)` becomes `name!(value, Type, Type, ...)`. The list stands here and nowhere else.
+#[macro_export]
+macro_rules! with_known_types {
+    ($macro:ident $(, $first:ident)?) => {
+        $macro![
+            $($first,)?
+            $crate::builtin_interfaces::Time,
+            $crate::builtin_interfaces::Duration,
+            $crate::std_msgs::Header,
+            $crate::std_msgs::String,
+            $crate::geometry_msgs::Vector3,
+            $crate::geometry_msgs::Vector3Stamped,
+            $crate::geometry_msgs::Point,
+            $crate::geometry_msgs::Quaternion,
+            $crate::geometry_msgs::QuaternionStamped,
+            $crate::geometry_msgs::Pose,
+            $crate::geometry_msgs::PoseStamped,
+            $crate::geometry_msgs::PoseWithCovariance,
+            $crate::geometry_msgs::PoseWithCovarianceStamped,
+            $crate::geometry_msgs::Twist,
+            $crate::geometry_msgs::TwistStamped,
+            $crate::geometry_msgs::TwistWithCovariance,
+            $crate::geometry_msgs::TwistWithCovarianceStamped,
+            $crate::geometry_msgs::Transform,
+            $crate::geometry_msgs::TransformStamped,
+            $crate::sensor_msgs::Imu,
+            $crate::sensor_msgs::JointState,
+            $crate::sensor_msgs::NavSatStatus,
+            $crate::sensor_msgs::NavSatFix,
+            $crate::nav_msgs::Odometry,
+            $crate::trajectory_msgs::JointTrajectoryPoint,
+            $crate::trajectory_msgs::JointTrajectory,
+            $crate::trajectory_msgs::MultiDOFJointTrajectoryPoint,
+            $crate::trajectory_msgs::MultiDOFJointTrajectory,
+            $crate::control_msgs::JointTolerance,
+            $crate::control_msgs::JointComponentTolerance,
+            $crate::tf2_msgs::TFMessage,
+            $crate::rosgraph_msgs::Clock,
+            $crate::diagnostic_msgs::KeyValue,
+            $crate::diagnostic_msgs::DiagnosticStatus,
+            $crate::diagnostic_msgs::DiagnosticArray,
+            $crate::rcl_interfaces::Log,
+            $crate::rcl_interfaces::ParameterValue,
+            $crate::rcl_interfaces::Parameter,
+            $crate::rcl_interfaces::ParameterEvent,
+            $crate::lifecycle_msgs::State,
+            $crate::lifecycle_msgs::Transition,
+            $crate::lifecycle_msgs::TransitionDescription,
+            $crate::lifecycle_msgs::TransitionEvent,
+            $crate::SchemeStatus,
+            $crate::SelfCalibrationEstimate,
+            $crate::Calibration,
+        ]
+    };
+}
+
+macro_rules! list {
+    ($($type:ty),* $(,)?) => { &[$(known::<$type>()),*] };
+}
+
 /// All message types of this crate that topics carry.
-pub const KNOWN_TYPES: &[KnownType] = &[
-    known::<builtin_interfaces::Time>(),
-    known::<builtin_interfaces::Duration>(),
-    known::<std_msgs::Header>(),
-    known::<std_msgs::String>(),
-    known::<geometry_msgs::Vector3>(),
-    known::<geometry_msgs::Vector3Stamped>(),
-    known::<geometry_msgs::Point>(),
-    known::<geometry_msgs::Quaternion>(),
-    known::<geometry_msgs::QuaternionStamped>(),
-    known::<geometry_msgs::Pose>(),
-    known::<geometry_msgs::PoseStamped>(),
-    known::<geometry_msgs::PoseWithCovariance>(),
-    known::<geometry_msgs::PoseWithCovarianceStamped>(),
-    known::<geometry_msgs::Twist>(),
-    known::<geometry_msgs::TwistStamped>(),
-    known::<geometry_msgs::TwistWithCovariance>(),
-    known::<geometry_msgs::TwistWithCovarianceStamped>(),
-    known::<geometry_msgs::Transform>(),
-    known::<geometry_msgs::TransformStamped>(),
-    known::<sensor_msgs::Imu>(),
-    known::<sensor_msgs::JointState>(),
-    known::<sensor_msgs::NavSatStatus>(),
-    known::<sensor_msgs::NavSatFix>(),
-    known::<nav_msgs::Odometry>(),
-    known::<trajectory_msgs::JointTrajectoryPoint>(),
-    known::<trajectory_msgs::JointTrajectory>(),
-    known::<trajectory_msgs::MultiDOFJointTrajectoryPoint>(),
-    known::<trajectory_msgs::MultiDOFJointTrajectory>(),
-    known::<control_msgs::JointTolerance>(),
-    known::<control_msgs::JointComponentTolerance>(),
-    known::<tf2_msgs::TFMessage>(),
-    known::<rosgraph_msgs::Clock>(),
-    known::<diagnostic_msgs::KeyValue>(),
-    known::<diagnostic_msgs::DiagnosticStatus>(),
-    known::<diagnostic_msgs::DiagnosticArray>(),
-    known::<rcl_interfaces::Log>(),
-    known::<rcl_interfaces::ParameterValue>(),
-    known::<rcl_interfaces::Parameter>(),
-    known::<rcl_interfaces::ParameterEvent>(),
-    known::<lifecycle_msgs::State>(),
-    known::<lifecycle_msgs::Transition>(),
-    known::<lifecycle_msgs::TransitionDescription>(),
-    known::<lifecycle_msgs::TransitionEvent>(),
-    known::<interfaces::SchemeStatus>(),
-    known::<interfaces::SelfCalibrationEstimate>(),
-    known::<interfaces::Calibration>(),
-];
+pub const KNOWN_TYPES: &[KnownType] = with_known_types!(list);
 
 /// Goal, result and feedback of the actions of this crate. They go through an action's own services and topics.
 pub const ACTION_PARTS: &[KnownType] = &[

@@ -4,10 +4,9 @@
 use std::process::Command;
 
 use rotary_sins_msgs::{
-    ACTION_PARTS, Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrateFeedback,
-    SelfCalibrateGoal, SelfCalibrateResult, SelfCalibrationEstimate, builtin_interfaces,
-    control_msgs, diagnostic_msgs, geometry_msgs, known_type, lifecycle_msgs, nav_msgs,
-    rcl_interfaces, rosgraph_msgs, sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+    ACTION_PARTS, KNOWN_TYPES, RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal,
+    SelfCalibrateResult, builtin_interfaces, control_msgs, geometry_msgs, known_type, sensor_msgs,
+    std_msgs, with_known_types,
 };
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Visitor, value::Error};
@@ -61,54 +60,7 @@ macro_rules! assert_fields {
 /// Every structure has the fields of its definition in their order, and every known type is looked at here.
 #[test]
 fn fields_follow_the_definitions() {
-    let checked = assert_fields![
-        builtin_interfaces::Time,
-        builtin_interfaces::Duration,
-        std_msgs::Header,
-        std_msgs::String,
-        geometry_msgs::Vector3,
-        geometry_msgs::Vector3Stamped,
-        geometry_msgs::Point,
-        geometry_msgs::Quaternion,
-        geometry_msgs::QuaternionStamped,
-        geometry_msgs::Pose,
-        geometry_msgs::PoseStamped,
-        geometry_msgs::PoseWithCovariance,
-        geometry_msgs::PoseWithCovarianceStamped,
-        geometry_msgs::Twist,
-        geometry_msgs::TwistStamped,
-        geometry_msgs::TwistWithCovariance,
-        geometry_msgs::TwistWithCovarianceStamped,
-        geometry_msgs::Transform,
-        geometry_msgs::TransformStamped,
-        sensor_msgs::Imu,
-        sensor_msgs::JointState,
-        sensor_msgs::NavSatStatus,
-        sensor_msgs::NavSatFix,
-        nav_msgs::Odometry,
-        trajectory_msgs::JointTrajectoryPoint,
-        trajectory_msgs::JointTrajectory,
-        trajectory_msgs::MultiDOFJointTrajectoryPoint,
-        trajectory_msgs::MultiDOFJointTrajectory,
-        control_msgs::JointTolerance,
-        control_msgs::JointComponentTolerance,
-        tf2_msgs::TFMessage,
-        rosgraph_msgs::Clock,
-        diagnostic_msgs::KeyValue,
-        diagnostic_msgs::DiagnosticStatus,
-        diagnostic_msgs::DiagnosticArray,
-        rcl_interfaces::Log,
-        rcl_interfaces::ParameterValue,
-        rcl_interfaces::Parameter,
-        rcl_interfaces::ParameterEvent,
-        lifecycle_msgs::State,
-        lifecycle_msgs::Transition,
-        lifecycle_msgs::TransitionDescription,
-        lifecycle_msgs::TransitionEvent,
-        SchemeStatus,
-        SelfCalibrationEstimate,
-        Calibration,
-    ];
+    let checked = with_known_types!(assert_fields);
     assert_eq!(
         checked.to_vec(),
         KNOWN_TYPES

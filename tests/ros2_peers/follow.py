@@ -12,10 +12,9 @@ from action_msgs.srv import CancelGoal
 from builtin_interfaces.msg import Duration, Time
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
-from peer import answer, message_type, plain, reliable, spin_until
+from peer import answer, message_type, plain, reliable, spin_until, trajectory, watch_joints
 from rclpy.action import ActionClient
-from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 from unique_identifier_msgs.msg import UUID
 
 ACTION = "/turntable/follow_joint_trajectory"
@@ -27,15 +26,7 @@ client = ActionClient(node, FollowJointTrajectory, ACTION)
 results = node.create_client(FollowJointTrajectory.Impl.GetResultService, f"{ACTION}/_action/get_result")
 cancels = node.create_client(CancelGoal, f"{ACTION}/_action/cancel_goal")
 topic = node.create_publisher(JointTrajectory, "/turntable/joint_trajectory", reliable(10))
-table = {}
-
-
-def take(message):
-    table["position"] = [message.position[message.name.index(name)] for name in NAMES]
-    table["velocity"] = [message.velocity[message.name.index(name)] for name in NAMES]
-
-
-node.create_subscription(JointState, "/turntable/joint_states", take, reliable())
+table = watch_joints(node)
 spin_until(node, client.server_is_ready, "a table that serves the action")
 spin_until(
     node,
@@ -49,14 +40,8 @@ def wait(future, what):
     return future.result()
 
 
-def trajectory(seconds, target, names=NAMES):
-    """From where the joints stand, by a cubic."""
-    motion = JointTrajectory(joint_names=list(names))
-    for at, position in [(0, table["position"]), (seconds, target)]:
-        point = JointTrajectoryPoint(positions=position, velocities=[0.0, 0.0])
-        point.time_from_start.sec = at
-        motion.points.append(point)
-    return motion
+def from_here(seconds, target, names=NAMES):
+    return trajectory(table["position"], target, seconds, names)
 
 
 class Motion:
@@ -81,7 +66,7 @@ class Motion:
 
 
 def goal(seconds, target):
-    return FollowJointTrajectory.Goal(trajectory=trajectory(seconds, target))
+    return FollowJointTrajectory.Goal(trajectory=from_here(seconds, target))
 
 
 def rest():

@@ -18,7 +18,7 @@ found = []
 
 def take(array):
     found.extend(
-        plain(status) | {"level": status.level[0]}
+        plain(status)
         for status in array.status
         if status.name == f"{target}: topics" and status.level != b"\x00"
     )

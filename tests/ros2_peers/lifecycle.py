@@ -10,7 +10,7 @@ import time
 import rclpy
 from lifecycle_msgs.msg import Transition, TransitionEvent
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
-from peer import answer, message_type, plain, reliable, spin_until
+from peer import answer, call, message_type, plain, reliable
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode
 
@@ -24,16 +24,7 @@ executor.add_node(reference)
 
 
 def ask(owner, kind, name, request=None):
-    client = node.create_client(kind, f"{owner}/{name}")
-    if not client.wait_for_service(timeout_sec=20.0):
-        sys.exit(f"{owner} has no service {name}")
-    call = client.call_async(request or kind.Request())
-    end = time.monotonic() + 20.0
-    while not call.done():
-        if time.monotonic() > end:
-            sys.exit(f"no answer of {owner}/{name}")
-        executor.spin_once(timeout_sec=0.1)
-    return plain(call.result())
+    return plain(call(node, kind, f"{owner}/{name}", request, lambda: executor.spin_once(timeout_sec=0.1)))
 
 
 def state():

@@ -6,33 +6,17 @@ Publishes a JointTrajectory as a joint_trajectory_controller takes it, and answe
 import sys
 
 import rclpy
-from peer import answer, reliable, spin_until
-from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from peer import answer, reliable, spin_until, trajectory, watch_joints
+from trajectory_msgs.msg import JointTrajectory
 
 target = [float(argument) for argument in sys.argv[1:3]]
-names = ["outer_joint", "inner_joint"]
 rclpy.init()
 node = rclpy.create_node("mover")
 publisher = node.create_publisher(JointTrajectory, "turntable/joint_trajectory", reliable(10))
-newest = {}
-
-
-def take(message):
-    newest["position"] = [message.position[message.name.index(name)] for name in names]
-    newest["velocity"] = [message.velocity[message.name.index(name)] for name in names]
-
-
-node.create_subscription(JointState, "turntable/joint_states", take, reliable())
+newest = watch_joints(node)
 spin_until(node, lambda: newest and publisher.get_subscription_count() > 0, "a table that listens and reports")
 start = newest["position"]
-
-trajectory = JointTrajectory(joint_names=names)
-for seconds, position in [(0, start), (2, target)]:
-    point = JointTrajectoryPoint(positions=position, velocities=[0.0, 0.0])
-    point.time_from_start.sec = seconds
-    trajectory.points.append(point)
-publisher.publish(trajectory)
+publisher.publish(trajectory(start, target, 2))
 spin_until(node, lambda: newest["velocity"] != [0.0, 0.0], "the table moves", 20.0)
 spin_until(node, lambda: newest["velocity"] == [0.0, 0.0], "the table rests", 20.0)
 answer({"start": start, "end": newest["position"]})

@@ -9,6 +9,8 @@ import time
 
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 
 def plain(value):
@@ -70,13 +72,47 @@ def best_effort(depth=100):
     return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
-def spin_until(node, condition, what, timeout=60.0):
+def spin_until(node, condition, what, timeout=60.0, spin=None):
     """Spins until the condition holds; ends the program with a line where it does not in time."""
+    spin = spin or (lambda: rclpy.spin_once(node, timeout_sec=0.1))
     end = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > end:
             sys.exit(f"not after {timeout:.0f} s: {what}")
-        rclpy.spin_once(node, timeout_sec=0.1)
+        spin()
+
+
+def call(node, kind, name, request=None, spin=None):
+    """The answer of a service; `spin` spins for a while where more than this node has to."""
+    client = node.create_client(kind, name)
+    if not client.wait_for_service(timeout_sec=20.0):
+        sys.exit(f"no service {name}")
+    future = client.call_async(request or kind.Request())
+    spin_until(node, future.done, f"an answer of {name}", 20.0, spin)
+    return future.result()
+
+
+def watch_joints(node, names=("outer_joint", "inner_joint")):
+    """The newest position and velocity of the table's joints; empty before the first."""
+    newest = {}
+
+    def take(message):
+        order = [message.name.index(name) for name in names]
+        newest["position"] = [message.position[i] for i in order]
+        newest["velocity"] = [message.velocity[i] for i in order]
+
+    node.create_subscription(JointState, "/turntable/joint_states", take, reliable())
+    return newest
+
+
+def trajectory(start, target, seconds, names=("outer_joint", "inner_joint")):
+    """A motion from rest to rest, by a cubic."""
+    motion = JointTrajectory(joint_names=list(names))
+    for at, position in [(0, start), (seconds, target)]:
+        point = JointTrajectoryPoint(positions=position, velocities=[0.0, 0.0])
+        point.time_from_start.sec = at
+        motion.points.append(point)
+    return motion
 
 
 def answer(value):

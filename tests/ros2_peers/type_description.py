@@ -6,7 +6,7 @@ Answers for each with what the node says and with what rclpy says of the same ty
 import sys
 
 import rclpy
-from peer import answer, message_type, plain, spin_until
+from peer import answer, call, message_type, plain, spin_until
 from rclpy.executors import SingleThreadedExecutor
 from type_description_interfaces.srv import GetTypeDescription
 
@@ -34,16 +34,9 @@ def hash_of(topic):
 
 
 def ask(owner, name, type_hash):
-    client = node.create_client(GetTypeDescription, f"{owner}/get_type_description")
-    if not client.wait_for_service(timeout_sec=20.0):
-        sys.exit(f"{owner} has no service get_type_description")
     request = GetTypeDescription.Request(type_name=name, type_hash=type_hash, include_type_sources=True)
-    call = client.call_async(request)
-    for _ in range(200):
-        if call.done():
-            return plain(call.result())
-        executor.spin_once(timeout_sec=0.1)
-    sys.exit(f"{owner} does not answer")
+    service = f"{owner}/get_type_description"
+    return plain(call(node, GetTypeDescription, service, request, lambda: executor.spin_once(timeout_sec=0.1)))
 
 
 answers = {}

@@ -31,7 +31,7 @@ pub use cli::{Answer, rotary_sins};
 pub use executables::{executable, repository, target_directory};
 pub use filled::{assert_filled, filled};
 pub use isolation::isolated;
-pub use peers::{Peer, data_file, peer_python, skip};
+pub use peers::{Peer, data_file, distributions, peer_python, skip};
 pub use process::{Program, Running, wait_until};
 pub use recorded_run::RecordedRun;
 pub use recording::{alter, alter_imu, estimates, messages, within_namespace, without_topic};

@@ -41,6 +41,14 @@ pub fn peer_python(distribution: &str) -> Option<PathBuf> {
     None
 }
 
+/// Pythons of the newest distribution and the long-term one, as far as `setup.sh` has set them up.
+pub fn distributions() -> Vec<PathBuf> {
+    ["kilted", "jazzy"]
+        .into_iter()
+        .filter_map(peer_python)
+        .collect()
+}
+
 /// A file that stands beside the project, in `../shared/data`; `None`, with a line, where it is absent.
 pub fn data_file(name: &str) -> Option<PathBuf> {
     let path = repository().join("../shared/data").join(name);

@@ -7,12 +7,9 @@ use std::time::Duration;
 
 use bags::{Bag, Selection, cdr};
 use rotary_sins_msgs::diagnostic_msgs::DiagnosticArray;
-use rotary_sins_msgs::geometry_msgs::{TransformStamped, TwistWithCovarianceStamped};
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::rcl_interfaces::Log;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::geometry_msgs::TransformStamped;
 use rotary_sins_msgs::tf2_msgs::TFMessage;
-use rotary_sins_msgs::{Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate};
+use rotary_sins_msgs::{RosMessage, with_known_types};
 use serde_json::Value;
 
 use crate::process::Program;
@@ -21,7 +18,7 @@ use crate::scene::Scene;
 
 /// Both joints turn, to different angles, after a rest that is long enough to align.
 const SCHEME: &str = "
-dwell_s: 30
+dwell_s: 330
 rate_deg_per_s: 5
 acceleration_deg_per_s2: 2.5
 cycles: 1
@@ -35,7 +32,7 @@ const DURATION_S: f64 = 540.0;
 /// A recording of every topic of a run, by what is in it.
 #[derive(Debug)]
 pub struct RecordedRun {
-    /// Type and newest message of every topic; `Null` where there was none, or of a type that no test asks for.
+    /// Type and newest message of every topic; `Null` where there was none, or of a type that is none of ours.
     pub topics: BTreeMap<String, (String, Value)>,
     /// The newest transform to each frame.
     pub transforms: BTreeMap<String, TransformStamped>,
@@ -49,8 +46,7 @@ impl RecordedRun {
     pub fn make(test: &str) -> Self {
         let mut scene = Scene::new(test);
         let scheme = scene.folder().join("two-turns.yaml");
-        let rest = SCHEME.replacen("dwell_s: 30", "dwell_s: 330", 1);
-        fs::write(&scheme, rest).unwrap();
+        fs::write(&scheme, SCHEME).unwrap();
         let recording = scene.record("recording", &[]);
         scene.start(
             &Program::new("navigation_compensator")
@@ -115,31 +111,17 @@ impl RecordedRun {
     }
 }
 
-/// A message of one of the types that tools show, as JSON.
+type Decode = fn(&[u8]) -> Value;
+
+/// A message of one of our types, as JSON.
 fn value_of(type_name: &str, payload: &[u8]) -> Value {
     fn decode<M: RosMessage>(payload: &[u8]) -> Value {
         serde_json::to_value(cdr::decode::<M>(payload).unwrap()).unwrap()
     }
-    type Decode = fn(&[u8]) -> Value;
-    let known: [(&str, Decode); 11] = [
-        (Imu::TYPE_NAME, decode::<Imu>),
-        (JointState::TYPE_NAME, decode::<JointState>),
-        (NavSatFix::TYPE_NAME, decode::<NavSatFix>),
-        (Odometry::TYPE_NAME, decode::<Odometry>),
-        (
-            TwistWithCovarianceStamped::TYPE_NAME,
-            decode::<TwistWithCovarianceStamped>,
-        ),
-        (DiagnosticArray::TYPE_NAME, decode::<DiagnosticArray>),
-        (Log::TYPE_NAME, decode::<Log>),
-        (TFMessage::TYPE_NAME, decode::<TFMessage>),
-        (SchemeStatus::TYPE_NAME, decode::<SchemeStatus>),
-        (
-            SelfCalibrationEstimate::TYPE_NAME,
-            decode::<SelfCalibrationEstimate>,
-        ),
-        (Calibration::TYPE_NAME, decode::<Calibration>),
-    ];
+    macro_rules! decoders {
+        ($($type:ty),* $(,)?) => { [$((<$type>::TYPE_NAME, decode::<$type> as Decode)),*] };
+    }
+    let known = with_known_types!(decoders);
     known
         .iter()
         .find(|(name, _)| *name == type_name)

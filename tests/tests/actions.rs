@@ -2,13 +2,13 @@
 //! and the suite's nodes among themselves.
 #![allow(clippy::unwrap_used)]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::control_msgs::FollowJointTrajectoryResult as Outcome;
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, isolated, messages, peer_python, wait_until};
+use suite_tests::{Peer, Program, Scene, distributions, isolated, messages, wait_until};
 
 /// Of action_msgs/msg/GoalStatus.
 const UNKNOWN: i64 = 0;
@@ -18,13 +18,6 @@ const ABORTED: i64 = 6;
 /// Of action_msgs/srv/CancelGoal.
 const UNKNOWN_GOAL: i64 = 2;
 const TERMINATED: i64 = 3;
-
-fn distributions() -> Vec<PathBuf> {
-    ["kilted", "jazzy"]
-        .into_iter()
-        .filter_map(peer_python)
-        .collect()
-}
 
 fn simulator(speed: &str) -> Program {
     Program::new("imu_simulator")

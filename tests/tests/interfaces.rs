@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use std::any::Any;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::pin::Pin;
 use std::time::Duration;
 
@@ -13,15 +13,13 @@ use rotary_sins_msgs::std_srvs::{
     SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse,
 };
 use rotary_sins_msgs::{
-    ACTION_PARTS, Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrateFeedback,
-    SelfCalibrateGoal, SelfCalibrateResult, SelfCalibrationEstimate, builtin_interfaces,
-    diagnostic_msgs, geometry_msgs, lifecycle_msgs, nav_msgs, rcl_interfaces, rosgraph_msgs,
-    sensor_msgs, std_msgs, tf2_msgs, trajectory_msgs,
+    ACTION_PARTS, KNOWN_TYPES, RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal,
+    SelfCalibrateResult, std_msgs, tf2_msgs, with_known_types,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use suite_tests::{Peer, assert_filled, filled, isolated, peer_python};
+use suite_tests::{Peer, assert_filled, distributions, filled, isolated};
 
 /// There is no wheel of its package; it is held against rosbags by the tests of the messages.
 const MISSING: &str = "tf2_msgs/msg/TFMessage";
@@ -59,60 +57,9 @@ fn topics<M: RosMessage + Message + Sync>(node: &Node) -> Topics {
     }
 }
 
+/// Both ends of the topics of these types.
 macro_rules! topics {
-    ($node:expr, $($type:ty),* $(,)?) => { vec![$(topics::<$type>($node)),*] };
-}
-
-fn all_topics(node: &Node) -> Vec<Topics> {
-    topics![
-        node,
-        builtin_interfaces::Time,
-        builtin_interfaces::Duration,
-        std_msgs::Header,
-        std_msgs::String,
-        geometry_msgs::Vector3,
-        geometry_msgs::Vector3Stamped,
-        geometry_msgs::Point,
-        geometry_msgs::Quaternion,
-        geometry_msgs::QuaternionStamped,
-        geometry_msgs::Pose,
-        geometry_msgs::PoseStamped,
-        geometry_msgs::PoseWithCovariance,
-        geometry_msgs::PoseWithCovarianceStamped,
-        geometry_msgs::Twist,
-        geometry_msgs::TwistStamped,
-        geometry_msgs::TwistWithCovariance,
-        geometry_msgs::TwistWithCovarianceStamped,
-        geometry_msgs::Transform,
-        geometry_msgs::TransformStamped,
-        sensor_msgs::Imu,
-        sensor_msgs::JointState,
-        sensor_msgs::NavSatStatus,
-        sensor_msgs::NavSatFix,
-        nav_msgs::Odometry,
-        trajectory_msgs::JointTrajectoryPoint,
-        trajectory_msgs::JointTrajectory,
-        trajectory_msgs::MultiDOFJointTrajectoryPoint,
-        trajectory_msgs::MultiDOFJointTrajectory,
-        control_msgs::JointTolerance,
-        control_msgs::JointComponentTolerance,
-        tf2_msgs::TFMessage,
-        rosgraph_msgs::Clock,
-        diagnostic_msgs::KeyValue,
-        diagnostic_msgs::DiagnosticStatus,
-        diagnostic_msgs::DiagnosticArray,
-        rcl_interfaces::Log,
-        rcl_interfaces::ParameterValue,
-        rcl_interfaces::Parameter,
-        rcl_interfaces::ParameterEvent,
-        lifecycle_msgs::State,
-        lifecycle_msgs::Transition,
-        lifecycle_msgs::TransitionDescription,
-        lifecycle_msgs::TransitionEvent,
-        SchemeStatus,
-        SelfCalibrationEstimate,
-        Calibration,
-    ]
+    ($node:expr, $($type:ty),* $(,)?) => { vec![$(topics::<$type>(&$node)),*] };
 }
 
 /// What was sent and received here, by the names that the peer uses.
@@ -202,7 +149,7 @@ async fn exchange(python: &Path) {
     let node = NodeBuilder::new("interfaces")
         .start(Vec::<String>::new())
         .unwrap();
-    let mut topics = all_topics(&node);
+    let mut topics: Vec<Topics> = with_known_types!(topics, node);
     let names: Vec<&str> = topics.iter().map(|topic| topic.name).collect();
     let known: Vec<&str> = KNOWN_TYPES.iter().map(|known| known.name).collect();
     let mut sorted = (names.clone(), known);
@@ -297,10 +244,7 @@ fn compare_hashes(hashes: &Value) {
 /// Nothing is lost or changed on the way, whoever sends, and rosidl calls every type by the hash we have for it.
 #[test]
 fn everything_goes_both_ways() {
-    let pythons: Vec<PathBuf> = ["kilted", "jazzy"]
-        .into_iter()
-        .filter_map(peer_python)
-        .collect();
+    let pythons = distributions();
     if !pythons.is_empty() {
         isolated(|| {
             for python in &pythons {

@@ -1,24 +1,19 @@
 //! The manners of a ROS 2 node, judged by rclpy: lifecycle, type descriptions, quality of service, time.
 #![allow(clippy::unwrap_used)]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
 use rotary_sins_msgs::Calibration;
 use serde_json::{Value, json};
 use suite_tests::{
-    Answer, Peer, Program, Scene, Simulation, executable, isolated, messages, peer_python,
-    repository, rotary_sins, skip, vector,
+    Answer, Peer, Program, Scene, Simulation, distributions, executable, isolated, messages,
+    peer_python, repository, rotary_sins, skip, vector,
 };
 
-/// Within a network of its own: with every distribution that is set up.
 fn with_every_distribution(test: impl Fn(&Path)) {
-    let pythons: Vec<PathBuf> = ["kilted", "jazzy"]
-        .into_iter()
-        .filter_map(peer_python)
-        .collect();
-    for python in &pythons {
+    for python in &distributions() {
         test(python);
     }
 }

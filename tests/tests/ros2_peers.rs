@@ -1,18 +1,10 @@
 //! Real ROS 2 (rclpy with Fast DDS) beside the running nodes.
 #![allow(clippy::unwrap_used)]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, isolated, peer_python};
-
-/// The newest distribution and the long-term one, as far as `setup.sh` has set them up.
-fn distributions() -> Vec<PathBuf> {
-    ["kilted", "jazzy"]
-        .into_iter()
-        .filter_map(peer_python)
-        .collect()
-}
+use suite_tests::{Peer, Program, Scene, distributions, isolated, peer_python};
 
 /// Of rcl_interfaces/msg/ParameterType.
 const PARAMETER_DOUBLE: u8 = 3;

@@ -69,13 +69,8 @@ pub fn write(path: &Path, calibration: &Calibration, source: &str) -> anyhow::Re
 
 fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
     let errors = &calibration.errors;
-    let sigma = |start: usize| {
-        Vector3::from_fn(|i, _| {
-            calibration.covariance[(start + i, start + i)]
-                .max(0.0)
-                .sqrt()
-        })
-    };
+    let sigma = calibration.sigma();
+    let sigma = |start: usize| sigma.fixed_rows::<3>(start).into_owned();
     let q = calibration.attitude;
     let file = CalibrationFile {
         source: source.to_owned(),

@@ -3,6 +3,7 @@
 mod parameters;
 
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
+use sins::Stamp;
 use sins::sampling::StreamCounts;
 
 pub use parameters::{Number, declarations, noise, numbers, queue_depth, turntable};
@@ -64,10 +65,7 @@ fn seconds(nanos: Option<i64>) -> String {
     nanos.map_or_else(
         || "none".to_owned(),
         |nanos| {
-            let (seconds, rest) = (
-                nanos.div_euclid(1_000_000_000),
-                nanos.rem_euclid(1_000_000_000),
-            );
+            let (seconds, rest) = Stamp::from_nanos(nanos).sec_nanosec();
             format!("{seconds}.{rest:09}")
         },
     )

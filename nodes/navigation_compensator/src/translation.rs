@@ -1,6 +1,7 @@
 //! Calibration messages to calibrations; solutions to messages.
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use rotary_sins_msgs::convert::row_major;
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
@@ -117,7 +118,7 @@ pub fn imu(stamp: Stamp, solution: &Solution, measured: &ImuSample, frame_id: &s
     };
     Imu {
         orientation: solution.navigation.attitude.into(),
-        orientation_covariance: row_major3(
+        orientation_covariance: row_major(
             &solution
                 .covariance
                 .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
@@ -150,10 +151,10 @@ pub fn odometry(
     let position = &mut message.pose.pose.position;
     (position.x, position.y, position.z) = (offset.x, offset.y, offset.z);
     message.pose.pose.orientation = solution.base_link.into();
-    message.pose.covariance = row_major6(&pose_covariance(solution));
+    message.pose.covariance = row_major(&pose_covariance(solution));
     message.twist.twist.linear = motion.velocity.into();
     message.twist.twist.angular = motion.angular_rate.into();
-    message.twist.covariance = row_major6(&motion.covariance);
+    message.twist.covariance = row_major(&motion.covariance);
     message
 }
 
@@ -170,7 +171,7 @@ pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
         latitude: navigation.latitude.to_degrees(),
         longitude: navigation.longitude.to_degrees(),
         altitude: navigation.height,
-        position_covariance: row_major3(&pose.fixed_view::<3, 3>(0, 0).into_owned()),
+        position_covariance: row_major(&pose.fixed_view::<3, 3>(0, 0).into_owned()),
         position_covariance_type: NavSatFix::COVARIANCE_TYPE_KNOWN,
     }
 }
@@ -189,20 +190,6 @@ pub fn velocity(stamp: Stamp, solution: &Solution, frame_id: &str) -> TwistWithC
         ..TwistWithCovarianceStamped::default()
     };
     message.twist.twist.linear = Vector3::into(solution.navigation.velocity);
-    message.twist.covariance = row_major6(&covariance);
+    message.twist.covariance = row_major(&covariance);
     message
-}
-
-fn row_major3(matrix: &Matrix3<f64>) -> [f64; 9] {
-    row_major(matrix)
-}
-
-fn row_major6(matrix: &Matrix6<f64>) -> [f64; 36] {
-    row_major(matrix)
-}
-
-fn row_major<const N: usize, const M: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; M] {
-    let mut values = [0.0; M];
-    values.copy_from_slice(matrix.transpose().as_slice());
-    values
 }

@@ -22,29 +22,28 @@ enum Source {
     Simulated(i64),
 }
 
+impl Source {
+    const fn new(use_sim_time: bool) -> Self {
+        if use_sim_time {
+            Self::Simulated(0)
+        } else {
+            Self::System
+        }
+    }
+}
+
 impl Clock {
     pub(crate) fn new(use_sim_time: bool) -> Self {
-        let clock = Self {
-            source: Arc::new(watch::Sender::new(Source::System)),
-        };
-        clock.simulate(use_sim_time);
-        clock
+        Self {
+            source: Arc::new(watch::Sender::new(Source::new(use_sim_time))),
+        }
     }
 
     /// Switches between system time and that of `/clock`.
-    pub(crate) fn simulate(&self, use_sim_time: bool) {
-        self.source
-            .send_if_modified(|source| match (*source, use_sim_time) {
-                (Source::System, true) => {
-                    *source = Source::Simulated(0);
-                    true
-                }
-                (Source::Simulated(_), false) => {
-                    *source = Source::System;
-                    true
-                }
-                _ => false,
-            });
+    fn simulate(&self, use_sim_time: bool) {
+        if use_sim_time != self.is_simulated() {
+            self.source.send_replace(Source::new(use_sim_time));
+        }
     }
 
     /// Now, in nanoseconds. In simulated time this is zero until `/clock` has been heard.
@@ -113,37 +112,26 @@ impl Clock {
     /// the subscription.
     pub(crate) async fn follow(
         self,
-        parameters: impl Fn() -> bool,
+        use_sim_time: impl Fn() -> bool,
         mut changes: watch::Receiver<u64>,
         subscribe: impl Fn() -> Option<Subscription<rosgraph_msgs::Clock>>,
     ) {
         loop {
-            let use_sim_time = parameters();
-            if use_sim_time != self.is_simulated() {
-                tracing::info!(
-                    "use_sim_time: the time is now {}",
-                    if use_sim_time {
-                        "that of /clock"
-                    } else {
-                        "the system's"
-                    }
-                );
+            let simulated = use_sim_time();
+            if simulated != self.is_simulated() {
+                let source = if simulated {
+                    "that of /clock"
+                } else {
+                    "the system's"
+                };
+                tracing::info!("use_sim_time: the time is now {source}");
             }
-            self.simulate(use_sim_time);
-            let mut ticks = if use_sim_time { subscribe() } else { None };
-            loop {
+            self.simulate(simulated);
+            let mut ticks = if simulated { subscribe() } else { None };
+            while use_sim_time() == simulated {
                 tokio::select! {
-                    tick = next(&mut ticks) => {
-                        self.tick(i64::from(tick.clock.sec) * 1_000_000_000 + i64::from(tick.clock.nanosec));
-                    }
-                    changed = changes.changed() => {
-                        if changed.is_err() {
-                            return;
-                        }
-                        if parameters() != use_sim_time {
-                            break;
-                        }
-                    }
+                    tick = next(&mut ticks) => self.tick(tick.clock.nanos()),
+                    changed = changes.changed() => if changed.is_err() { return },
                 }
             }
         }

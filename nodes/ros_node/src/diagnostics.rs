@@ -225,13 +225,8 @@ impl Diagnostics {
         period.tick().await;
         loop {
             period.tick().await;
-            let nanos = clock.now_nanos();
-            let stamp = Time {
-                sec: nanos.div_euclid(1_000_000_000) as i32,
-                nanosec: nanos.rem_euclid(1_000_000_000) as u32,
-            };
             let header = Header {
-                stamp,
+                stamp: Time::from_nanos(clock.now_nanos()),
                 frame_id: String::new(),
             };
             publisher.publish(DiagnosticArray {

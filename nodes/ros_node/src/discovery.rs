@@ -5,7 +5,7 @@
 //! service only, and keeps the endpoints of the departed in its graph until their lease ends, most of a minute later. So
 //! [`farewell`] says it once more with the key hash (RTPS 2.5, 9.6.4.8).
 //!
-//! RustDDS has no list of peers either. [`Announcer`] sends the announcement of our participant to the peers of
+//! RustDDS has no list of peers either. [`announce`] sends the announcement of our participant to the peers of
 //! `ROS_STATIC_PEERS`, from where both sides go on by unicast (RTPS 2.5, 8.5.3).
 
 use std::io;
@@ -15,6 +15,8 @@ use std::time::Duration;
 use ros2_client::Gid;
 use rustdds::{DomainParticipant, RTPSEntity};
 use socket2::{Domain, Protocol, Socket, Type};
+
+use crate::environment::Environment;
 
 /// Where all participants of a domain listen.
 const MULTICAST: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
@@ -50,14 +52,14 @@ const BUILTIN_ENDPOINTS: u32 = 0x0000_0c3f;
 
 /// The participant as the messages of discovery name it.
 #[derive(Clone, Copy, Debug)]
-struct Identity {
+pub(crate) struct Identity {
     guid: [u8; 16],
     domain_id: u16,
     participant_id: u16,
 }
 
 impl Identity {
-    fn of(participant: &DomainParticipant) -> Self {
+    pub(crate) fn of(participant: &DomainParticipant) -> Self {
         Self {
             guid: Gid::from(participant.guid()).to_bytes16(),
             domain_id: participant.domain_id(),
@@ -79,52 +81,42 @@ impl Identity {
     }
 }
 
-/// Tells everybody that the participant is gone. To be called after it was dropped.
-pub(crate) struct Farewell {
-    identity: Identity,
-    interfaces: Vec<Ipv4Addr>,
-    peers: Vec<Ipv4Addr>,
-}
-
-impl Farewell {
-    pub(crate) fn new(
-        participant: &DomainParticipant,
-        localhost_only: bool,
-        peers: &[Ipv4Addr],
-    ) -> Self {
-        let interfaces = if localhost_only {
-            vec![Ipv4Addr::LOCALHOST]
-        } else {
-            let all = netdev::get_interfaces().into_iter();
-            all.flat_map(|interface| interface.ipv4)
-                .map(|net| net.addr())
-                .collect()
-        };
-        Self {
-            identity: Identity::of(participant),
-            interfaces,
-            peers: peers.to_vec(),
+/// Tells everybody that the participant is gone; to be called after it was dropped. Where a network cannot be reached,
+/// nobody there has to be told.
+pub(crate) fn farewell(identity: Identity, environment: &Environment) {
+    let interfaces = if environment.localhost_only {
+        vec![Ipv4Addr::LOCALHOST]
+    } else {
+        let all = netdev::get_interfaces().into_iter();
+        all.flat_map(|interface| interface.ipv4)
+            .map(|net| net.addr())
+            .collect()
+    };
+    let message = leaving(identity);
+    let everybody = SocketAddrV4::new(MULTICAST, identity.multicast_port());
+    for interface in interfaces {
+        if let Err(error) = multicast(interface, everybody, &message) {
+            tracing::debug!("farewell on {interface}: {error}");
         }
     }
+    // Same host, where multicast may be off, and the peers that it does not reach.
+    if let Ok(socket) = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)) {
+        for peer in environment
+            .static_peers
+            .iter()
+            .chain([&Ipv4Addr::LOCALHOST])
+        {
+            to_participants(&socket, identity, *peer, &message);
+        }
+    }
+}
 
-    /// Where a network cannot be reached, nobody there has to be told.
-    pub(crate) fn send(&self) {
-        let message = leaving(self.identity);
-        let everybody = SocketAddrV4::new(MULTICAST, self.identity.multicast_port());
-        for interface in &self.interfaces {
-            if let Err(error) = multicast(*interface, everybody, &message) {
-                tracing::debug!("farewell on {interface}: {error}");
-            }
-        }
-        if let Ok(socket) = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)) {
-            // Same host, where multicast may be off, and the peers that it does not reach.
-            for peer in self.peers.iter().chain([&Ipv4Addr::LOCALHOST]) {
-                for participant_id in 0..PARTICIPANTS {
-                    let port = self.identity.metatraffic_port(participant_id);
-                    socket.send_to(&message, (*peer, port)).ok();
-                }
-            }
-        }
+/// To every participant that may be on a host. Nobody has to listen at each of these ports.
+fn to_participants(socket: &UdpSocket, identity: Identity, host: Ipv4Addr, message: &[u8]) {
+    for participant_id in 0..PARTICIPANTS {
+        socket
+            .send_to(message, (host, identity.metatraffic_port(participant_id)))
+            .ok();
     }
 }
 
@@ -163,13 +155,7 @@ fn announce_to(identity: Identity, peer: Ipv4Addr) -> io::Result<()> {
         return Ok(());
     };
     let socket = UdpSocket::bind((*own.ip(), 0))?;
-    let message = announcement(identity, *own.ip());
-    for participant_id in 0..PARTICIPANTS {
-        // Nobody has to listen on each of them.
-        socket
-            .send_to(&message, (peer, identity.metatraffic_port(participant_id)))
-            .ok();
-    }
+    to_participants(&socket, identity, peer, &announcement(identity, *own.ip()));
     Ok(())
 }
 

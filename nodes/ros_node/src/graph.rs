@@ -38,6 +38,25 @@ impl Fallback {
     }
 }
 
+/// What is there at the other ends, by the names that DDS has for topics.
+pub(crate) struct MatchedTopics {
+    readers: BTreeSet<String>,
+    writers: BTreeSet<String>,
+}
+
+impl MatchedTopics {
+    /// Whether both of our ends have found those of a server; `service` is its absolute name.
+    pub(crate) fn has_server(&self, service: &str) -> bool {
+        self.readers.contains(&format!("rq{service}Request"))
+            && self.writers.contains(&format!("rr{service}Reply"))
+    }
+
+    /// Whether somebody publishes on the topic of this absolute name.
+    pub(crate) fn has_publisher(&self, topic: &str) -> bool {
+        self.writers.contains(&format!("rt{topic}"))
+    }
+}
+
 /// Matches of all our endpoints.
 #[derive(Debug)]
 pub(crate) struct Graph {
@@ -72,12 +91,26 @@ impl Graph {
             .map_or(0, |endpoint| endpoint.matched.len())
     }
 
-    /// Whether any endpoint of ours is matched with this remote one.
-    pub(crate) fn is_matched(&self, remote: GUID) -> bool {
+    /// Topics of the remote ends that ours are matched with.
+    pub(crate) fn matched_topics(&self, participant: &DomainParticipant) -> MatchedTopics {
         let endpoints = self.endpoints();
-        endpoints
-            .values()
-            .any(|endpoint| endpoint.matched.contains(&remote))
+        let is_matched = |remote: GUID| {
+            endpoints
+                .values()
+                .any(|endpoint| endpoint.matched.contains(&remote))
+        };
+        let readers = participant.discovered_readers().into_iter();
+        let writers = participant.discovered_writers().into_iter();
+        MatchedTopics {
+            readers: readers
+                .filter(|reader| is_matched(reader.reader_proxy.remote_reader_guid))
+                .map(|reader| reader.subscription_topic_data.topic_name().clone())
+                .collect(),
+            writers: writers
+                .filter(|writer| is_matched(writer.writer_proxy.remote_writer_guid))
+                .map(|writer| writer.publication_topic_data.topic_name)
+                .collect(),
+        }
     }
 
     /// Every incompatibility there is: topic and what does not fit.

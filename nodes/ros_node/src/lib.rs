@@ -26,8 +26,7 @@
 //!         tokio::select! {
 //!             () = node.shutdown() => return Ok(()),
 //!             sample = samples.recv() => {
-//!                 let stamp = sample.header.stamp;
-//!                 monitor.ingest(i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec));
+//!                 monitor.ingest(sample.header.stamp.nanos());
 //!                 if monitor.received() % every == 0 {
 //!                     tracing::info!("{:?} Hz, {} gaps", monitor.rate(), monitor.gaps());
 //!                 }

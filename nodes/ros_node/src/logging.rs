@@ -89,11 +89,8 @@ impl<S: Subscriber> Layer<S> for RosLayer {
 }
 
 fn emit(label: &str, level: u8, msg: String, (file, function, line): (&str, &str, u32)) {
-    let nanos = system_nanos();
-    let (sec, nanosec) = (
-        nanos.div_euclid(1_000_000_000),
-        nanos.rem_euclid(1_000_000_000),
-    );
+    let stamp = Time::from_nanos(system_nanos());
+    let Time { sec, nanosec } = stamp;
     let logger = LOGGER.get();
     let name = logger.map_or("ros_node", |logger| logger.name.as_str());
     if logger.is_none_or(|logger| logger.console) {
@@ -105,10 +102,6 @@ fn emit(label: &str, level: u8, msg: String, (file, function, line): (&str, &str
         .ok();
     }
     if let Some(rosout) = ROSOUT.get() {
-        let stamp = Time {
-            sec: sec as i32,
-            nanosec: nanosec as u32,
-        };
         let log = Log {
             stamp,
             level,

@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use ros2_client::service::ServiceMapping;
 use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
+use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
 
 use crate::error::{Error, Result};
 use crate::node::{Node, type_parts};
@@ -55,6 +56,42 @@ impl Node {
             }
         });
         Ok(())
+    }
+
+    /// Answers `std_srvs/srv/Trigger` by `handler`, see [`Self::serve`].
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn serve_trigger(
+        &self,
+        name: &str,
+        mut handler: impl FnMut() -> TriggerResponse + Send + 'static,
+    ) -> Result<()> {
+        self.serve(name, "std_srvs/srv/Trigger", move |_: TriggerRequest| {
+            handler()
+        })
+    }
+
+    /// As [`Self::serve_trigger`]; a node that is not active refuses, for what the handler would publish could not leave it.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn serve_trigger_while_active(
+        &self,
+        name: &str,
+        mut handler: impl FnMut() -> TriggerResponse + Send + 'static,
+    ) -> Result<()> {
+        let gate = self.gate().clone();
+        self.serve_trigger(name, move || {
+            if gate.is_open() {
+                handler()
+            } else {
+                TriggerResponse {
+                    success: false,
+                    message: "the node is not active".to_owned(),
+                }
+            }
+        })
     }
 
     /// The asking end of a service; `type_name` is e.g. `std_srvs/srv/Trigger`.

@@ -13,7 +13,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::builder::{NodeBuilder, Startup};
-use crate::discovery::Farewell;
+use crate::discovery::{Identity, farewell};
 use crate::error::{Error, Result};
 use crate::lifecycle::{LIFECYCLE_AUTOSTART, Request};
 use crate::logging;
@@ -120,6 +120,18 @@ enum Failure {
     Work,
 }
 
+impl Failure {
+    /// The main function ended with this error; at work it is told here.
+    fn of_main(ready: bool, error: &str) -> Self {
+        if ready {
+            logging::fatal(error);
+            Self::Work
+        } else {
+            Self::Input(error.to_owned())
+        }
+    }
+}
+
 async fn supervise<F, Fut, E>(startup: Startup, main: F) -> Result<(), Failure>
 where
     F: FnMut(Node) -> Fut,
@@ -164,13 +176,9 @@ where
     let participant = node.participant();
     drop(node);
     tokio::time::sleep(FAREWELL).await;
-    let farewell = Farewell::new(
-        &participant,
-        environment.localhost_only,
-        &environment.static_peers,
-    );
+    let identity = Identity::of(&participant);
     drop(participant);
-    farewell.send();
+    farewell(identity, &environment);
     outcome
 }
 
@@ -238,11 +246,7 @@ where
             return Ok(());
         };
         match tokio::time::timeout(GRACE, main).await {
-            Ok(Err(error)) if ready => {
-                logging::fatal(&format!("{error:#}"));
-                Err(Failure::Work)
-            }
-            Ok(Err(error)) => Err(Failure::Input(format!("{error:#}"))),
+            Ok(Err(error)) => Err(Failure::of_main(ready, &format!("{error:#}"))),
             Ok(Ok(())) | Err(_) => Ok(()),
         }
     }
@@ -283,12 +287,7 @@ where
         }
         if self.autostart {
             lifecycle.pass(Transition::ON_ERROR_FAILURE);
-            return Err(if ready {
-                logging::fatal(error);
-                Failure::Work
-            } else {
-                Failure::Input(error.to_owned())
-            });
+            return Err(Failure::of_main(ready, error));
         }
         tracing::error!("{error}");
         lifecycle.open(false);

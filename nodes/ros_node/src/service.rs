@@ -79,10 +79,10 @@ impl<Request: Message, Response: Message> std::fmt::Debug for Client<Request, Re
 }
 
 /// How often discovery is asked whether a server is there.
-const DISCOVERY_POLL: Duration = Duration::from_millis(20);
+pub(crate) const DISCOVERY_POLL: Duration = Duration::from_millis(20);
 /// Time that a server has to find the reader of answers of a new client. An answer sent before would be lost, and
 /// nobody tells us when it is done.
-const SETTLE: Duration = Duration::from_millis(500);
+pub(crate) const SETTLE: Duration = Duration::from_millis(500);
 
 impl<Request, Response> Client<Request, Response>
 where
@@ -117,25 +117,9 @@ where
 
     /// Whether both of our ends have found those of a server.
     fn is_matched(&self) -> bool {
-        let (requests, replies) = (
-            format!("rq{}Request", self.name),
-            format!("rr{}Reply", self.name),
-        );
-        let readers = self.participant.discovered_readers();
-        let writers = self.participant.discovered_writers();
-        let reads = readers.iter().any(|reader| {
-            *reader.subscription_topic_data.topic_name() == requests
-                && self
-                    .graph
-                    .is_matched(reader.reader_proxy.remote_reader_guid)
-        });
-        reads
-            && writers.iter().any(|writer| {
-                writer.publication_topic_data.topic_name == replies
-                    && self
-                        .graph
-                        .is_matched(writer.writer_proxy.remote_writer_guid)
-            })
+        self.graph
+            .matched_topics(&self.participant)
+            .has_server(&self.name)
     }
 
     /// Waits for the server, asks and waits for its answer. The very first call to a server may take some seconds.

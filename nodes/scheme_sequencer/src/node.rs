@@ -7,7 +7,7 @@ use anyhow::Result;
 use ros_node::{InputWatch, Level, Node, Publisher, Qos, Report};
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::sensor_msgs::JointState;
-use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
+use rotary_sins_msgs::std_srvs::TriggerResponse;
 use sins::scheme::Sequencer;
 use sins::scheme::sequencer::{Command, Refused, State, Status};
 use sins::time::Stamp;
@@ -282,18 +282,8 @@ fn serve(node: &Node, shared: &Shared) -> Result<()> {
         }),
     ];
     for (name, done, ask) in services {
-        let (shared, own) = (shared.clone(), node.clone());
-        node.serve(name, "std_srvs/srv/Trigger", move |_: TriggerRequest| {
-            // What it would command could not leave the node.
-            if own.is_active() {
-                shared.request(done, ask)
-            } else {
-                TriggerResponse {
-                    success: false,
-                    message: "the node is not active".to_owned(),
-                }
-            }
-        })?;
+        let shared = shared.clone();
+        node.serve_trigger_while_active(name, move || shared.request(done, ask))?;
     }
     Ok(())
 }

@@ -6,7 +6,6 @@ use std::time::Duration;
 use ros_node::{Node, Publisher, Qos, Report, Subscription};
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::self_calibration::Reference;
 
@@ -130,37 +129,21 @@ async fn next(
 fn serve(node: &Node, shared: &Shared, publishers: &Publishers) -> ros_node::Result<()> {
     let path = storage::path(&node.parameter::<String>("calibration_file")?);
     let (calibrator, to) = (shared.clone(), path.clone());
-    node.serve(
-        "~/save",
-        "std_srvs/srv/Trigger",
-        move |_: TriggerRequest| -> TriggerResponse { calibrator.lock().save(&to) },
-    )?;
+    node.serve_trigger("~/save", move || calibrator.lock().save(&to))?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());
-    node.serve(
-        "~/load",
-        "std_srvs/srv/Trigger",
-        move |_: TriggerRequest| -> TriggerResponse {
-            let (response, calibration) = calibrator.lock().load(&path);
-            outputs.publish_calibration(calibration);
-            response
-        },
-    )?;
-    let (calibrator, publishers) = (shared.clone(), publishers.clone());
-    node.serve(
-        "~/publish_calibration",
-        "std_srvs/srv/Trigger",
-        move |_: TriggerRequest| -> TriggerResponse {
-            let (response, calibration) = calibrator.lock().publish_request();
-            publishers.publish_calibration(calibration);
-            response
-        },
-    )?;
+    node.serve_trigger_while_active("~/load", move || {
+        let (response, calibration) = calibrator.lock().load(&path);
+        outputs.publish_calibration(calibration);
+        response
+    })?;
+    let (calibrator, outputs) = (shared.clone(), publishers.clone());
+    node.serve_trigger_while_active("~/publish_calibration", move || {
+        let (response, calibration) = calibrator.lock().publish_request();
+        outputs.publish_calibration(calibration);
+        response
+    })?;
     let calibrator = shared.clone();
-    node.serve(
-        "~/reset",
-        "std_srvs/srv/Trigger",
-        move |_: TriggerRequest| -> TriggerResponse { calibrator.lock().reset() },
-    )
+    node.serve_trigger("~/reset", move || calibrator.lock().reset())
 }
 
 fn watch(node: &Node, shared: &Shared) {

@@ -1,6 +1,7 @@
 //! Results of the mathematics as messages.
 
 use nalgebra::Vector3;
+use rotary_sins_msgs::convert::row_major;
 use rotary_sins_msgs::sensor_msgs::{NavSatFix, NavSatStatus};
 use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
@@ -31,7 +32,7 @@ pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate 
         phase_name: estimate.phase.name().to_owned(),
         state_names: STATE_NAMES.map(str::to_owned).to_vec(),
         state: estimate.state.as_slice().to_vec(),
-        covariance: row_major(&estimate.covariance),
+        covariance: all_rows(&estimate.covariance),
         std: sigma.as_slice().to_vec(),
         gyroscope_drift: estimate.gyroscope_drift().into(),
         gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
@@ -95,9 +96,11 @@ pub fn calibration(
     source: &str,
 ) -> Calibration {
     let unknown = -1.0;
-    let sigma = |start: usize| -> [f64; 3] {
-        std::array::from_fn(|i| result.covariance[(start + i, start + i)].max(0.0).sqrt())
-    };
+    let sigma = result.sigma();
+    let sigma = |start: usize| sigma.fixed_rows::<3>(start).into_owned().into();
+    let misalignment = result
+        .covariance
+        .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT);
     Calibration {
         header: Header::new(result.stamp, frame_id),
         valid: result.phase != Phase::Inconsistent,
@@ -106,19 +109,17 @@ pub fn calibration(
         gyroscope_drift_std: sigma(DRIFT),
         accelerometer_bias: result.errors.accelerometer_bias.into(),
         accelerometer_bias_std: sigma(BIAS),
-        gyroscope_matrix: nine(&result.errors.gyroscope_matrix),
+        gyroscope_matrix: row_major(&result.errors.gyroscope_matrix),
         gyroscope_matrix_std: [unknown; 9],
-        accelerometer_matrix: nine(&result.errors.accelerometer_matrix),
+        accelerometer_matrix: row_major(&result.errors.accelerometer_matrix),
         accelerometer_matrix_std: [unknown; 9],
         attitude: result.attitude.into(),
-        attitude_covariance: std::array::from_fn(|i| {
-            result.covariance[(MISALIGNMENT + i / 3, MISALIGNMENT + i % 3)]
-        }),
+        attitude_covariance: row_major(&misalignment.into_owned()),
         latitude_deg: result.latitude.to_degrees(),
         longitude_deg: result.longitude.to_degrees(),
         height_m: result.height,
         state_names: STATE_NAMES.map(str::to_owned).to_vec(),
-        covariance: row_major(&result.covariance),
+        covariance: all_rows(&result.covariance),
         phase: phase_number(result.phase),
         nis_mean: estimate.map_or(unknown, |estimate| estimate.innovations.window_mean),
         samples: result.samples,
@@ -126,11 +127,6 @@ pub fn calibration(
         duration: estimate.map_or(unknown, |estimate| estimate.duration_s),
         source: source.to_owned(),
     }
-}
-
-/// Row by row.
-fn nine(matrix: &nalgebra::Matrix3<f64>) -> [f64; 9] {
-    std::array::from_fn(|i| matrix[(i / 3, i % 3)])
 }
 
 /// Why a fix cannot be used: a kind to count by, and a line for a person. `None` where it can be.
@@ -160,7 +156,7 @@ pub fn refusal(fix: &NavSatFix) -> Option<(&'static str, String)> {
         })
 }
 
-fn row_major(matrix: &StateMatrix) -> Vec<f64> {
+fn all_rows(matrix: &StateMatrix) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
 }
 

@@ -100,7 +100,7 @@ pub struct Estimate {
 impl Estimate {
     /// One-sigma of the states.
     pub fn sigma(&self) -> StateVector {
-        self.covariance.diagonal().map(|v| v.max(0.0).sqrt())
+        sigma(&self.covariance)
     }
 
     /// Gyroscope drift ε, block axes \[rad/s\].
@@ -189,4 +189,15 @@ pub struct Calibration {
     pub samples: u64,
     /// Gaps among them.
     pub gaps: u64,
+}
+
+impl Calibration {
+    /// One-sigma of the states.
+    pub fn sigma(&self) -> StateVector {
+        sigma(&self.covariance)
+    }
+}
+
+fn sigma(covariance: &StateMatrix) -> StateVector {
+    covariance.diagonal().map(|v| v.max(0.0).sqrt())
 }

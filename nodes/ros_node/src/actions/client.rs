@@ -18,11 +18,8 @@ use super::{ActionPart, CancelReturn, GoalId, GoalStatus};
 use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::node::Node;
+use crate::service::{DISCOVERY_POLL, SETTLE};
 
-/// How often discovery is asked whether a server is there.
-const DISCOVERY_POLL: Duration = Duration::from_millis(20);
-/// Time that a server has to find the readers of a new client; see [`crate::Client`].
-const SETTLE: Duration = Duration::from_millis(500);
 /// How often it is looked for results while some are due: ros2-client has no way to wait for more than one.
 const RESULT_POLL: Duration = Duration::from_millis(20);
 
@@ -359,32 +356,13 @@ where
 
     /// Whether every part of a server is matched with ours.
     fn is_matched(&self) -> bool {
-        let readers = self.participant.discovered_readers();
-        let writers = self.participant.discovered_writers();
-        let reads = |topic: String| {
-            readers.iter().any(|reader| {
-                *reader.subscription_topic_data.topic_name() == topic
-                    && self
-                        .graph
-                        .is_matched(reader.reader_proxy.remote_reader_guid)
-            })
-        };
-        let writes = |topic: String| {
-            writers.iter().any(|writer| {
-                writer.publication_topic_data.topic_name == topic
-                    && self
-                        .graph
-                        .is_matched(writer.writer_proxy.remote_writer_guid)
-            })
-        };
-        let base = format!("{}/_action", self.name);
+        let matched = self.graph.matched_topics(&self.participant);
+        let part = |part: &str| format!("{}/_action/{part}", self.name);
         ["send_goal", "cancel_goal", "get_result"]
-            .into_iter()
-            .all(|part| {
-                reads(format!("rq{base}/{part}Request")) && writes(format!("rr{base}/{part}Reply"))
-            })
+            .iter()
+            .all(|service| matched.has_server(&part(service)))
             && ["feedback", "status"]
-                .into_iter()
-                .all(|part| writes(format!("rt{base}/{part}")))
+                .iter()
+                .all(|topic| matched.has_publisher(&part(topic)))
     }
 }

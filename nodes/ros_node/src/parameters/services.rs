@@ -170,16 +170,12 @@ fn event(
     new: Vec<(String, Value)>,
     changed: Vec<(String, Value)>,
 ) -> msgs::ParameterEvent {
-    let nanos = node.clock().now_nanos();
     let message = |(name, value): (String, Value)| msgs::Parameter {
         name,
         value: event_value(&value),
     };
     msgs::ParameterEvent {
-        stamp: Time {
-            sec: nanos.div_euclid(1_000_000_000) as i32,
-            nanosec: nanos.rem_euclid(1_000_000_000) as u32,
-        },
+        stamp: Time::from_nanos(node.clock().now_nanos()),
         node: node.fully_qualified_name(),
         new_parameters: new.into_iter().map(message).collect(),
         changed_parameters: changed.into_iter().map(message).collect(),
