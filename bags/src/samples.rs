@@ -6,9 +6,9 @@
 
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState};
 use sins::{
-    imu::ImuSample,
+    sensor::sample::ImuSample,
+    table::{JOINT_NAMES, JointSample},
     time::{NANOS_PER_SECOND, Stamp},
-    turntable::{JOINT_NAMES, JointSample},
 };
 
 use crate::cdr;

@@ -6,8 +6,8 @@ use rotary_sins_msgs::{
     sensor_msgs::{Imu, JointState, NavSatFix},
 };
 use sins::{
-    estimation::filter::VelocityMeasurement, imu::ImuSample, self_calibration::PositionFix,
-    time::Stamp, turntable::JointSample,
+    earth::Position, estimation::filter::VelocityMeasurement, sensor::sample::ImuSample,
+    table::JointSample, time::Stamp,
 };
 
 use crate::{
@@ -27,7 +27,7 @@ pub struct Fix {
     /// When.
     pub stamp: Stamp,
     /// Where; `None` where the receiver had none.
-    pub position: Option<PositionFix>,
+    pub position: Option<Position>,
 }
 
 /// One message of a sensor.
@@ -223,11 +223,7 @@ fn fix(payload: &[u8]) -> Result<Fix, String> {
 ///
 /// # Errors
 /// [`Error::Message`] where a message is no fix.
-pub fn last_position_before(
-    bag: &Bag,
-    topic: usize,
-    end: u64,
-) -> Result<Option<PositionFix>, Error> {
+pub fn last_position_before(bag: &Bag, topic: usize, end: u64) -> Result<Option<Position>, Error> {
     let mut messages = bag.messages(&Selection {
         end: Some(end),
         ..Selection::topics([topic])

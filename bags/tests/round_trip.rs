@@ -42,7 +42,7 @@ fn samples_come_back() {
             Sample::Imu(imu) => rates.push(imu.angular_rate.x),
             Sample::Joints(joints) => assert_eq!(joints.position[0], *rates.last().unwrap()),
             Sample::Velocity(..) => {}
-            Sample::Fix(fix) => fixes.push(fix.position.unwrap().latitude),
+            Sample::Fix(fix) => fixes.push(fix.position.unwrap().latitude_rad),
         }
     }
     assert_eq!(rates, (0..150).map(f64::from).collect::<Vec<_>>());

@@ -2,11 +2,11 @@
 
 use nalgebra::{Quaternion as RawQuaternion, SMatrix, UnitQuaternion, Vector3};
 use sins::{
+    earth::Position,
     estimation::filter::VelocityMeasurement,
-    imu::ImuSample,
-    self_calibration::PositionFix,
+    sensor::sample::ImuSample,
+    table::{JOINT_NAMES, JointSample, Trajectory, TrajectoryPoint},
     time::{NANOS_PER_SECOND, Stamp},
-    turntable::{JOINT_NAMES, JointSample, Trajectory, TrajectoryPoint},
 };
 
 use crate::{
@@ -229,14 +229,15 @@ impl From<&JointSample> for JointState {
 
 impl NavSatFix {
     /// The position in radians and metres; `None` where the receiver had none (a status below `STATUS_FIX`, or not a number).
-    pub fn position(&self) -> Option<PositionFix> {
-        let fix = PositionFix {
-            latitude: self.latitude.to_radians(),
-            longitude: self.longitude.to_radians(),
-            height: self.altitude,
+    pub fn position(&self) -> Option<Position> {
+        let fix = Position {
+            latitude_rad: self.latitude.to_radians(),
+            longitude_rad: self.longitude.to_radians(),
+            height_m: self.altitude,
         };
-        let is_finite =
-            fix.latitude.is_finite() && fix.longitude.is_finite() && fix.height.is_finite();
+        let is_finite = fix.latitude_rad.is_finite()
+            && fix.longitude_rad.is_finite()
+            && fix.height_m.is_finite();
         (is_finite && self.status.status >= NavSatStatus::STATUS_FIX).then_some(fix)
     }
 }

@@ -1,9 +1,9 @@
 //! What the simulation and the sequencer say, as messages: the one function that both the nodes and simulated bags use.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use sins::scheme::sequencer::{Command, State, Status};
-use sins::sensor_errors::SensorErrors;
+use sins::sensor::errors::SensorErrors;
 use sins::simulation::{PositionFix, ShipState, VelocityFix};
+use sins::table::scheme::sequencer::{Command, State, Status};
 use sins::time::Stamp;
 
 use crate::convert::row_major;
@@ -185,7 +185,7 @@ mod tests {
     fn start_is_the_stamp() {
         let mut command = Command {
             start: Some(Stamp::from_nanos(7)),
-            trajectory: sins::turntable::Trajectory::default(),
+            trajectory: sins::table::Trajectory::default(),
         };
         assert_eq!(JointTrajectory::from(&command).header.stamp.nanosec, 7);
         command.start = None;

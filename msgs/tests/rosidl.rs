@@ -5,8 +5,7 @@ use std::process::Command;
 
 use rotary_sins_msgs::{
     ACTION_PARTS, KNOWN_TYPES, RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal,
-    SelfCalibrateResult, builtin_interfaces, control_msgs, geometry_msgs, known_type, sensor_msgs,
-    std_msgs, with_known_types,
+    SelfCalibrateResult, control_msgs, known_type, sensor_msgs, with_known_types,
 };
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Visitor, value::Error};

@@ -4,11 +4,12 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sins::imu::ImuSample;
-use sins::scheme::sequencer::SequencerSettings;
-use sins::scheme::{Scheme, Sequencer};
-use sins::self_calibration::{PositionFix, SelfCalibration, Settings};
+use sins::earth::Position;
+use sins::machines::self_calibration::{SelfCalibration, Settings};
+use sins::sensor::sample::ImuSample;
 use sins::simulation::{Run, Simulator, SimulatorSettings};
+use sins::table::scheme::sequencer::SequencerSettings;
+use sins::table::scheme::{Scheme, Sequencer};
 
 fn simulation() -> Run {
     let settings = SimulatorSettings::default();
@@ -27,10 +28,10 @@ fn pipeline(criterion: &mut Criterion) {
         b.iter(|| {
             let mut machine = SelfCalibration::new(Settings::default()).unwrap();
             machine
-                .ingest_position(PositionFix {
-                    latitude: 0.8,
-                    longitude: 2.2,
-                    height: 0.0,
+                .ingest_position(Position {
+                    latitude_rad: 0.8,
+                    longitude_rad: 2.2,
+                    height_m: 0.0,
                 })
                 .unwrap();
             for sample in &samples {

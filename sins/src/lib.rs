@@ -1,8 +1,8 @@
 //! Mathematics of a dual-axis rotary strapdown inertial navigation system.
 //!
 //! No ROS, no files, no clock, no threads: every machine in this crate is fed samples and hands back results, and a node and
-//! the command line drive the same ones. Start with [`self_calibration::SelfCalibration`] (aligns and estimates sensor errors),
-//! [`navigator::Navigator`] (navigates with them taken out), [`scheme::Sequencer`] (turns the table) and
+//! the command line drive the same ones. Start with [`machines::self_calibration::SelfCalibration`] (aligns and estimates sensor errors),
+//! [`machines::navigator::Navigator`] (navigates with them taken out), [`table::scheme::Sequencer`] (turns the table) and
 //! [`simulation::Run`] (a ship, a table and an IMU to try them on).
 //!
 //! # Conventions
@@ -28,37 +28,26 @@
 //! | what | where | source |
 //! | --- | --- | --- |
 //! | WGS-84 radii and normal gravity | [`earth`] | NIMA TR8350.2 |
-//! | coning, sculling, rotation; unequal intervals | [`strapdown`] | Savage 1998; derived for unequal ones |
-//! | coarse alignment in the inertial frame | [`coarse_alignment`] | Wahba's problem, Markley 1988 |
+//! | coning, sculling, rotation; unequal intervals | [`mechanization::strapdown`] | Savage 1998; derived for unequal ones |
+//! | coarse alignment in the inertial frame | [`mechanization::coarse_alignment`] | Wahba's problem, Markley 1988 |
 //! | F, G, H of the 13 states | [`estimation::error_state`] | Sensors 2015, 15, 3154, equations 25 to 29 |
 //! | Joseph form, scalar updates | [`estimation::kalman`] | Bucy and Joseph 1968 |
 //! | chi-square test of the innovations | [`estimation::consistency`] | Bar-Shalom 2001 |
-//! | global conditions, stripped matrix, degrees, bound | [`observability`] | the paper's section 2; Goshen-Meskin and Bar-Itzhack 1992 |
-//! | sensor error model | [`sensor_errors`] | the paper, with K_a lower triangular |
+//! | global conditions, stripped matrix, degrees, bound | [`studies::observability`] | the paper's section 2; Goshen-Meskin and Bar-Itzhack 1992 |
+//! | sensor error model | [`sensor::errors`] | the paper, with K_a lower triangular |
 //! | exact interval averages of the simulated IMU | [`simulation`] | Gauss-Legendre quadrature |
 
-pub mod coarse_alignment;
 pub mod earth;
 pub mod error;
 pub mod estimation;
-pub mod frames;
-pub mod imu;
-pub mod joint_history;
-pub mod monte_carlo;
-pub mod navigator;
-pub mod observability;
-pub mod odometry;
-pub mod rotation;
-pub mod sampling;
-pub mod scheme;
-pub mod self_calibration;
-pub mod sensor_errors;
+pub mod machines;
+pub mod mechanization;
+pub mod sensor;
 pub mod simulation;
-pub mod stamp_order;
-pub mod stepper;
-pub mod strapdown;
+pub mod stream;
+pub mod studies;
+pub mod table;
 pub mod time;
-pub mod turntable;
 pub mod units;
 
 pub use error::Error;

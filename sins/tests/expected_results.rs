@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use sins::earth::EARTH_RATE_RAD_S;
-use sins::monte_carlo::{MonteCarlo, RunResult, TrueErrors};
-use sins::scheme::Scheme;
 use sins::simulation::NoiseReading;
-use sins::turntable::{Axis, Turntable};
+use sins::studies::monte_carlo::{MonteCarlo, RunResult, TrueErrors};
+use sins::table::scheme::Scheme;
+use sins::table::{Axis, Turntable};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Sigma in the units of the table: φ arcsec, ∇ ug, ε 1e-4 deg/h.

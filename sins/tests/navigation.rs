@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use rayon::prelude::*;
-use sins::monte_carlo::{MonteCarlo, RunResult, TrueErrors, Voyage};
-use sins::scheme::Scheme;
 use sins::simulation::NoiseReading;
+use sins::studies::monte_carlo::{MonteCarlo, RunResult, TrueErrors, Voyage};
+use sins::table::scheme::Scheme;
 use sins::units::NAUTICAL_MILE_M;
 
 const RUNS: u64 = 20;

@@ -3,12 +3,13 @@
 
 use nalgebra::Vector3;
 use sins::Error;
+use sins::earth::Position;
 use sins::earth::{EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2};
 use sins::estimation::filter::VelocityMeasurement;
-use sins::scheme::sequencer::SequencerSettings;
-use sins::scheme::{Scheme, Sequencer};
-use sins::self_calibration::{Estimate, Phase, PositionFix, Reference, SelfCalibration, Settings};
+use sins::machines::self_calibration::{Estimate, Phase, Reference, SelfCalibration, Settings};
 use sins::simulation::{Run, Simulator, SimulatorSettings, Tick};
+use sins::table::scheme::sequencer::SequencerSettings;
+use sins::table::scheme::{Scheme, Sequencer};
 use sins::units::{ARC_MINUTE, DEG_PER_HOUR, MICRO_G};
 
 fn simulation(scheme: &Scheme, heading_deg: f64, rate_hz: f64, hours: f64, seed: u64) -> Run {
@@ -35,10 +36,10 @@ fn simulation(scheme: &Scheme, heading_deg: f64, rate_hz: f64, hours: f64, seed:
 fn feed(machine: &mut SelfCalibration, tick: &Tick) -> Result<Option<Estimate>, Error> {
     if let Some(fix) = tick.position {
         machine
-            .ingest_position(PositionFix {
-                latitude: fix.latitude_rad,
-                longitude: fix.longitude_rad,
-                height: fix.height_m,
+            .ingest_position(Position {
+                latitude_rad: fix.latitude_rad,
+                longitude_rad: fix.longitude_rad,
+                height_m: fix.height_m,
             })
             .unwrap();
     }
@@ -84,7 +85,7 @@ fn coarse_alignment_from_any_heading() {
         let off =
             (estimate.vehicle.heading.to_degrees() - heading + 540.0).rem_euclid(360.0) - 180.0;
         let (sin, cos) = heading.to_radians().sin_cos();
-        let latitude = estimate.navigation.latitude;
+        let latitude = estimate.navigation.position.latitude_rad;
         let expected = (sin + cos)
             * (latitude.tan() * 100.0 * MICRO_G / STANDARD_GRAVITY_M_S2
                 - 0.01 * DEG_PER_HOUR / (EARTH_RATE_RAD_S * latitude.cos()));
@@ -290,10 +291,10 @@ fn an_alignment_without_what_it_needs_says_so() {
             .contains("no position")
     );
     machine
-        .ingest_position(PositionFix {
-            latitude: 0.8,
-            longitude: 0.0,
-            height: 0.0,
+        .ingest_position(Position {
+            latitude_rad: 0.8,
+            longitude_rad: 0.0,
+            height_m: 0.0,
         })
         .unwrap();
     assert!(

@@ -14,7 +14,7 @@ use rotary_sins_msgs::std_srvs::{
 };
 use rotary_sins_msgs::{
     ACTION_PARTS, KNOWN_TYPES, RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal,
-    SelfCalibrateResult, std_msgs, tf2_msgs, with_known_types,
+    SelfCalibrateResult, std_msgs, with_known_types,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -14,7 +14,7 @@ use rotary_sins_msgs::{
     sensor_msgs::{Imu, JointState, NavSatFix},
     std_msgs::Header,
 };
-use sins::{Stamp, turntable::JointSample};
+use sins::{Stamp, table::JointSample};
 
 /// Start of the bags \[ns\].
 pub const START: i64 = 1_760_000_000_000_000_000;

@@ -8,11 +8,12 @@ use std::{fs, path::Path};
 use anyhow::{Context, bail, ensure};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
+use sins::earth::Position;
 use sins::{
     Stamp,
     estimation::error_state::{BIAS, DRIFT, STATE_NAMES, STATES, StateMatrix},
-    self_calibration::{Calibration, Phase},
-    sensor_errors::SensorErrors,
+    machines::self_calibration::{Calibration, Phase},
+    sensor::errors::SensorErrors,
     units::{DEG_PER_HOUR, MICRO_G},
 };
 
@@ -82,17 +83,17 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
         gyroscope_drift_std_deg_per_hour: (sigma(DRIFT) / DEG_PER_HOUR).into(),
         accelerometer_bias_ug: (errors.accelerometer_bias / MICRO_G).into(),
         accelerometer_bias_std_ug: (sigma(BIAS) / MICRO_G).into(),
-        latitude_deg: calibration.latitude.to_degrees(),
-        longitude_deg: calibration.longitude.to_degrees(),
-        height_m: calibration.height,
+        latitude_deg: calibration.position.latitude_rad.to_degrees(),
+        longitude_deg: calibration.position.longitude_rad.to_degrees(),
+        height_m: calibration.position.height_m,
         attitude_xyzw: [q.i, q.j, q.k, q.w],
         si: Some(Si {
             gyroscope_drift_rad_s: errors.gyroscope_drift.into(),
             accelerometer_bias_m_s2: errors.accelerometer_bias.into(),
             gyroscope_matrix: errors.gyroscope_matrix.transpose().into(),
             accelerometer_matrix: errors.accelerometer_matrix.transpose().into(),
-            latitude_rad: calibration.latitude,
-            longitude_rad: calibration.longitude,
+            latitude_rad: calibration.position.latitude_rad,
+            longitude_rad: calibration.position.longitude_rad,
             state_names: STATE_NAMES.map(str::to_owned).to_vec(),
             covariance: calibration
                 .covariance
@@ -134,9 +135,11 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         phase: file.phase,
         errors: SensorErrors::constant(drift, bias),
         attitude: UnitQuaternion::new_unchecked(raw),
-        latitude: file.latitude_deg.to_radians(),
-        longitude: file.longitude_deg.to_radians(),
-        height: file.height_m,
+        position: Position {
+            latitude_rad: file.latitude_deg.to_radians(),
+            longitude_rad: file.longitude_deg.to_radians(),
+            height_m: file.height_m,
+        },
         covariance: StateMatrix::zeros(),
         samples: file.samples,
         gaps: file.gaps,
@@ -163,7 +166,10 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         )?;
         let place = |latitude, longitude| Vector3::new(latitude, longitude, 0.0);
         let (degrees, radians) = (
-            place(calibration.latitude, calibration.longitude),
+            place(
+                calibration.position.latitude_rad,
+                calibration.position.longitude_rad,
+            ),
             place(si.latitude_rad, si.longitude_rad),
         );
         agree("latitude_deg, longitude_deg", degrees, radians)?;
@@ -173,8 +179,8 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
             gyroscope_matrix: nalgebra::Matrix3::from(si.gyroscope_matrix).transpose(),
             accelerometer_matrix: nalgebra::Matrix3::from(si.accelerometer_matrix).transpose(),
         };
-        calibration.latitude = si.latitude_rad;
-        calibration.longitude = si.longitude_rad;
+        calibration.position.latitude_rad = si.latitude_rad;
+        calibration.position.longitude_rad = si.longitude_rad;
         if si.state_names != STATE_NAMES {
             bail!(
                 "si.state_names is {}, expected {}",
@@ -216,9 +222,11 @@ mod tests {
                 accelerometer_matrix: nalgebra::Matrix3::from_fn(|i, j| -1e-6 * (3 * i + j) as f64),
             },
             attitude: UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
-            latitude: 0.799,
-            longitude: 2.210_8,
-            height: 0.1,
+            position: Position {
+                latitude_rad: 0.799,
+                longitude_rad: 2.210_8,
+                height_m: 0.1,
+            },
             covariance: StateMatrix::from_fn(|i, j| 1e-12 / (1 + i + j) as f64),
             samples: 1_440_000,
             gaps: 0,

@@ -4,7 +4,7 @@ mod parameters;
 
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use sins::Stamp;
-use sins::sampling::StreamCounts;
+use sins::stream::sampling::StreamCounts;
 
 pub use parameters::{Number, declarations, noise, numbers, queue_depth, turntable};
 

@@ -3,8 +3,8 @@
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters, SENSOR_DEPTH};
-use sins::imu::NoiseDensity;
-use sins::turntable::Turntable;
+use sins::sensor::sample::NoiseDensity;
+use sins::table::Turntable;
 use sins::units::{DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// A number: name, default, unit, least, greatest, what it is.

@@ -12,8 +12,8 @@ use rotary_sins_msgs::convert::ConvertError;
 use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::trajectory_msgs::JointTrajectoryPoint;
 use sins::simulation::Simulator;
+use sins::table::{self, JOINT_NAMES, JointState, Trajectory, violation};
 use sins::time::{Stamp, seconds_to_nanos};
-use sins::turntable::{self, JOINT_NAMES, JointState, Trajectory, violation};
 
 /// Name of the action.
 pub const ACTION: &str = "turntable/follow_joint_trajectory";
@@ -23,7 +23,7 @@ const FEEDBACK_PERIOD_S: f64 = 0.1;
 const GOAL_TOLERANCE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 const GOAL_TIME_TOLERANCE_S: f64 = 1.0;
 
-type Tolerances = [turntable::JointTolerance; 2];
+type Tolerances = [table::JointTolerance; 2];
 
 /// The goal under way.
 struct Active {
@@ -209,9 +209,9 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
         return Err(outcome(Outcome::OLD_HEADER_TIMESTAMP, why));
     }
     let patience = goal.goal_time_tolerance.nanos();
-    let at_end = turntable::JointTolerance {
+    let at_end = table::JointTolerance {
         position_rad: GOAL_TOLERANCE_RAD,
-        ..turntable::JointTolerance::NONE
+        ..table::JointTolerance::NONE
     };
     Ok(Wanted {
         start,
@@ -221,7 +221,7 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
         } else {
             GOAL_TIME_TOLERANCE_S
         },
-        path: tolerances(&goal.path_tolerance, turntable::JointTolerance::NONE)?,
+        path: tolerances(&goal.path_tolerance, table::JointTolerance::NONE)?,
         goal: tolerances(&goal.goal_tolerance, at_end)?,
     })
 }
@@ -229,7 +229,7 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
 /// By joint: 0 leaves the default, a negative value permits anything.
 fn tolerances(
     wanted: &[JointTolerance],
-    default: turntable::JointTolerance,
+    default: table::JointTolerance,
 ) -> Result<Tolerances, Outcome> {
     let mut all = [default; 2];
     for tolerance in wanted {
@@ -287,7 +287,7 @@ mod tests {
     use super::*;
     use rotary_sins_msgs::builtin_interfaces::Duration;
     use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
-    use sins::turntable::Joint;
+    use sins::table::Joint;
 
     const NOW: Stamp = Stamp::from_nanos(1_000_000_000_000);
 
@@ -375,6 +375,6 @@ mod tests {
         assert_eq!(wanted.goal[1].position_rad, f64::INFINITY);
         assert_eq!(wanted.goal[1].rate_rad_s, 0.02);
         assert_eq!(wanted.path[0].position_rad, 0.3);
-        assert_eq!(wanted.path[1], turntable::JointTolerance::NONE);
+        assert_eq!(wanted.path[1], table::JointTolerance::NONE);
     }
 }

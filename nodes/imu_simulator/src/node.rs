@@ -8,8 +8,8 @@ use anyhow::Result;
 use ros_node::{Level, Node, Qos, Report, Subscription};
 use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
 use sins::simulation::Simulator;
+use sins::table::Trajectory;
 use sins::time::{Stamp, seconds_to_nanos};
-use sins::turntable::Trajectory;
 
 use crate::follow::Follower;
 use crate::outputs::{Outputs, TOPICS, TRAJECTORY};

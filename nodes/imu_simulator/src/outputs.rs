@@ -10,8 +10,8 @@ use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::rosgraph_msgs::Clock;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use sins::simulation::{Simulator, Tick};
+use sins::table::JointSample;
 use sins::time::Stamp;
-use sins::turntable::JointSample;
 
 use crate::parameters::Settings;
 use crate::wait_list::Wait;

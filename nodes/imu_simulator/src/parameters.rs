@@ -5,14 +5,14 @@ use std::time::Duration;
 use anyhow::Context;
 use nalgebra::{Matrix3, Vector3};
 use ros_node::{Node, Parameter};
-use sins::imu::NoiseDensity;
-use sins::sensor_errors::SensorErrors;
+use sins::sensor::errors::SensorErrors;
+use sins::sensor::sample::NoiseDensity;
 use sins::simulation::{
     AidingSettings, EncoderSettings, ImuErrorSettings, PlantSettings, Ship, SimulatorSettings,
     TableSettings,
 };
+use sins::table::{Axis, Turntable};
 use sins::time::Stamp;
-use sins::turntable::{Axis, Turntable};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM};
 
 /// Everything the node is told.

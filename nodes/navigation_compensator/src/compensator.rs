@@ -10,13 +10,13 @@ use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::tf2_msgs::TFMessage;
 use ship_sentences::Motion;
-use sins::imu::ImuSample;
-use sins::joint_history::JointHistory;
-use sins::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
-use sins::odometry::vehicle_motion;
-use sins::self_calibration::PositionFix;
-use sins::stamp_order::{InOrder, StampOrder};
-use sins::turntable::JointSample;
+use sins::earth::Position;
+use sins::machines::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
+use sins::mechanization::odometry::vehicle_motion;
+use sins::sensor::sample::ImuSample;
+use sins::stream::joint_history::JointHistory;
+use sins::stream::stamp_order::{InOrder, StampOrder};
+use sins::table::JointSample;
 use sins::{Error, Stamp};
 
 use crate::parameters::NodeSettings;
@@ -106,7 +106,7 @@ pub struct Compensator {
     order: StampOrder,
     joints: JointHistory,
     frame_id: String,
-    origin: Option<PositionFix>,
+    origin: Option<Position>,
     phase: NavigatorPhase,
     problem: Option<String>,
     navigation_due: Decimation,
@@ -114,7 +114,7 @@ pub struct Compensator {
     transforms_due: Option<Decimation>,
     motion_due: Decimation,
     /// Block frame and origin that the fixed transforms were last made of.
-    fixed_for: Option<(String, Option<PositionFix>)>,
+    fixed_for: Option<(String, Option<Position>)>,
     calibrations: u64,
     /// A calibration of a time whose samples are still to come.
     early: Option<Calibration>,
@@ -200,10 +200,10 @@ impl Compensator {
                 return;
             }
         };
-        let place = PositionFix {
-            latitude: calibration.latitude,
-            longitude: calibration.longitude,
-            height: calibration.height,
+        let place = Position {
+            latitude_rad: calibration.position.latitude_rad,
+            longitude_rad: calibration.position.longitude_rad,
+            height_m: calibration.position.height_m,
         };
         match self.navigator.ingest_calibration(calibration) {
             Ok(()) => {

@@ -13,7 +13,7 @@ const INTERVAL_NANOS: i64 = 10_000_000;
 
 fn compensator(output_rate_hz: f64) -> Compensator {
     Compensator::new(NodeSettings {
-        navigator: sins::navigator::NavigatorSettings::default(),
+        navigator: sins::machines::navigator::NavigatorSettings::default(),
         joint_patience_s: 0.1,
         output_rate_hz,
         imu_output_rate_hz: 0.0,
@@ -170,7 +170,7 @@ fn origin_is_the_first_valid_fix() {
     assert!(compensator.origin.is_none());
     compensator.fix(&fix(20.0, 0));
     compensator.fix(&fix(30.0, 0));
-    assert!((compensator.origin.unwrap().latitude.to_degrees() - 20.0).abs() < 1e-12);
+    assert!((compensator.origin.unwrap().latitude_rad.to_degrees() - 20.0).abs() < 1e-12);
     assert_eq!(compensator.inputs.fix.refused(), 2);
 }
 

@@ -6,10 +6,10 @@ use anyhow::{Context, ensure};
 use ros_node::{Level, Parameter, Parameters, Report};
 use ship_sentences::{Motion, Output, Quality, Sentence};
 use sins::Stamp;
+use sins::earth::rotation::{HeadingPitchRoll, base_link_to_block};
 use sins::estimation::error_state::MISALIGNMENT;
-use sins::navigator::Solution;
-use sins::odometry::VehicleMotion;
-use sins::rotation::{HeadingPitchRoll, base_link_to_block};
+use sins::machines::navigator::Solution;
+use sins::mechanization::odometry::VehicleMotion;
 
 /// Parameters of this part.
 pub fn declarations() -> Vec<Parameter> {
@@ -165,9 +165,9 @@ pub fn ship_motion(stamp: Stamp, solution: &Solution, motion: &VehicleMotion) ->
     let sigma = HeadingPitchRoll::sigma(angles.heading, &misalignment);
     Motion {
         utc_nanos: stamp.nanos(),
-        latitude_rad: solution.navigation.latitude,
-        longitude_rad: solution.navigation.longitude,
-        height_m: solution.navigation.height,
+        latitude_rad: solution.navigation.position.latitude_rad,
+        longitude_rad: solution.navigation.position.longitude_rad,
+        height_m: solution.navigation.position.height_m,
         heading_rad: angles.heading,
         roll_rad: angles.roll,
         pitch_rad: angles.pitch,

@@ -1,5 +1,5 @@
 //! ROS 2 node: takes the calibrated sensor errors out of the samples and navigates on them, with the uncompensated
-//! solution beside it. It drives [`sins::navigator::Navigator`]; here messages become samples and results become messages.
+//! solution beside it. It drives [`sins::machines::navigator::Navigator`]; here messages become samples and results become messages.
 
 mod compensator;
 mod instruments;

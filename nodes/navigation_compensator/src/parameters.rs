@@ -3,8 +3,8 @@
 use imu_input::{Number, noise, numbers, turntable};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters};
-use sins::navigator::NavigatorSettings;
-use sins::self_calibration::{Reference, Settings};
+use sins::machines::navigator::NavigatorSettings;
+use sins::machines::self_calibration::{Reference, Settings};
 use sins::units::{DEG_PER_HOUR, MICRO_G};
 
 use crate::instruments;

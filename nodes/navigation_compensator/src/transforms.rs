@@ -4,11 +4,12 @@ use rotary_sins_msgs::geometry_msgs::TransformStamped;
 use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::tf2_msgs::TFMessage;
 use sins::Stamp;
-use sins::frames::{Frame, map_in_earth, table_links};
-use sins::navigator::Solution;
-use sins::odometry::offset_m;
-use sins::self_calibration::PositionFix;
-use sins::turntable::Turntable;
+use sins::earth::Position;
+use sins::earth::frames::{Frame, map_in_earth};
+use sins::machines::navigator::Solution;
+use sins::mechanization::odometry::offset_m;
+use sins::table::Turntable;
+use sins::table::links::table_links;
 
 /// Names of the frames between the ship and the block.
 const OUTER_LINK: &str = "turntable_outer_link";
@@ -30,7 +31,7 @@ pub fn moving(
     stamp: Stamp,
     table: Turntable,
     angles: [f64; 2],
-    ship: Option<(&Solution, &PositionFix)>,
+    ship: Option<(&Solution, &Position)>,
     odometry_frame: &str,
     base_frame: &str,
 ) -> TFMessage {
@@ -42,7 +43,12 @@ pub fn moving(
     if let Some((solution, origin)) = ship {
         let n = &solution.navigation;
         let frame = Frame {
-            translation: offset_m(origin, n.latitude, n.longitude, n.height),
+            translation: offset_m(
+                origin,
+                n.position.latitude_rad,
+                n.position.longitude_rad,
+                n.position.height_m,
+            ),
             rotation: solution.base_link,
         };
         transforms.push(transform(stamp, odometry_frame, base_frame, &frame));
@@ -55,7 +61,7 @@ pub fn fixed(
     stamp: Stamp,
     block_frame: &str,
     odometry_frame: &str,
-    origin: Option<&PositionFix>,
+    origin: Option<&Position>,
 ) -> TFMessage {
     let same = Frame {
         translation: nalgebra::Vector3::zeros(),

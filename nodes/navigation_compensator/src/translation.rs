@@ -8,12 +8,13 @@ use rotary_sins_msgs::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
 use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
+use sins::earth::Position;
 use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, STATES, StateMatrix};
-use sins::imu::ImuSample;
-use sins::navigator::Solution;
-use sins::odometry::{UNKNOWN_VARIANCE, VehicleMotion, offset_m, pose_covariance};
-use sins::self_calibration::{Calibration, Phase, PositionFix};
-use sins::sensor_errors::SensorErrors;
+use sins::machines::navigator::Solution;
+use sins::machines::self_calibration::{Calibration, Phase};
+use sins::mechanization::odometry::{UNKNOWN_VARIANCE, VehicleMotion, offset_m, pose_covariance};
+use sins::sensor::errors::SensorErrors;
+use sins::sensor::sample::ImuSample;
 
 /// The calibration of a message. Where it carries no covariance, its standard deviations make one.
 ///
@@ -50,9 +51,11 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
             accelerometer_matrix: Matrix3::from_row_slice(&message.accelerometer_matrix),
         },
         attitude,
-        latitude: message.latitude_deg.to_radians(),
-        longitude: message.longitude_deg.to_radians(),
-        height: message.height_m,
+        position: Position {
+            latitude_rad: message.latitude_deg.to_radians(),
+            longitude_rad: message.longitude_deg.to_radians(),
+            height_m: message.height_m,
+        },
         covariance: covariance(message)?,
         samples: message.samples,
         gaps: message.gaps,
@@ -133,15 +136,15 @@ pub fn odometry(
     stamp: Stamp,
     solution: &Solution,
     motion: &VehicleMotion,
-    origin: &PositionFix,
+    origin: &Position,
     frames: [&str; 2],
 ) -> Odometry {
     let navigation = &solution.navigation;
     let offset = offset_m(
         origin,
-        navigation.latitude,
-        navigation.longitude,
-        navigation.height,
+        navigation.position.latitude_rad,
+        navigation.position.longitude_rad,
+        navigation.position.height_m,
     );
     let mut message = Odometry {
         header: Header::new(stamp, frames[0]),
@@ -168,9 +171,9 @@ pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
             status: NavSatStatus::STATUS_FIX,
             service: NavSatStatus::SERVICE_UNKNOWN,
         },
-        latitude: navigation.latitude.to_degrees(),
-        longitude: navigation.longitude.to_degrees(),
-        altitude: navigation.height,
+        latitude: navigation.position.latitude_rad.to_degrees(),
+        longitude: navigation.position.longitude_rad.to_degrees(),
+        altitude: navigation.position.height_m,
         position_covariance: row_major(&pose.fixed_view::<3, 3>(0, 0).into_owned()),
         position_covariance_type: NavSatFix::COVARIANCE_TYPE_KNOWN,
     }

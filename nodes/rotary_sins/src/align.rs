@@ -7,7 +7,7 @@ use bags::Sample;
 use clap::Args;
 use serde::Serialize;
 use sins::{
-    self_calibration::{Estimate, Phase},
+    machines::self_calibration::{Estimate, Phase},
     time::Stamp,
 };
 
@@ -109,8 +109,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         pitch_deg: estimate.vehicle.pitch.to_degrees(),
         pitch_deg_std: sigma.pitch.to_degrees(),
         attitude_xyzw: [q.i, q.j, q.k, q.w],
-        latitude_deg: estimate.navigation.latitude.to_degrees(),
-        longitude_deg: estimate.navigation.longitude.to_degrees(),
+        latitude_deg: estimate.navigation.position.latitude_rad.to_degrees(),
+        longitude_deg: estimate.navigation.position.longitude_rad.to_degrees(),
         stamp_ns: estimate.stamp.nanos(),
         duration_s: estimate.duration_s,
         samples: estimate.samples.counts.samples,

@@ -10,8 +10,8 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
     estimation::error_state::STATE_NAMES,
-    self_calibration::{Estimate, Phase, SelfCalibration, Settings},
-    stamp_order::{InOrder, StampOrder},
+    machines::self_calibration::{Estimate, Phase, SelfCalibration, Settings},
+    stream::stamp_order::{InOrder, StampOrder},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -183,9 +183,9 @@ fn report(estimate: &Estimate, notes: Notes) -> Report {
         roll_deg_std: sigma.roll.to_degrees(),
         pitch_deg: vehicle.pitch.to_degrees(),
         pitch_deg_std: sigma.pitch.to_degrees(),
-        latitude_deg: navigation.latitude.to_degrees(),
-        longitude_deg: navigation.longitude.to_degrees(),
-        height_m: navigation.height,
+        latitude_deg: navigation.position.latitude_rad.to_degrees(),
+        longitude_deg: navigation.position.longitude_rad.to_degrees(),
+        height_m: navigation.position.height_m,
         stamp_ns: estimate.stamp.nanos(),
         duration_s: estimate.duration_s,
         samples: counts.samples,

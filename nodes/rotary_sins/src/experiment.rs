@@ -13,13 +13,14 @@ use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 use report::{Axis, Band, Figure, Page, Panel, Series};
 use serde::Serialize;
+use sins::earth::Position;
 use sins::{
     estimation::error_state::{BIAS, DRIFT, STATE_LABELS},
-    monte_carlo::{Departure, TrueErrors, Voyage, VoyageTrack},
-    scheme::{Scheme, Sequencer, sequencer::SequencerSettings},
-    self_calibration::{Estimate, PositionFix, SelfCalibration, Settings},
-    sensor_errors::SensorErrors,
+    machines::self_calibration::{Estimate, SelfCalibration, Settings},
+    sensor::errors::SensorErrors,
     simulation::{ImuErrorSettings, PlantSettings, Run, Simulator, SimulatorSettings},
+    studies::monte_carlo::{Departure, TrueErrors, Voyage, VoyageTrack},
+    table::scheme::{Scheme, Sequencer, sequencer::SequencerSettings},
     units::NAUTICAL_MILE_M,
 };
 
@@ -188,10 +189,10 @@ fn trial(options: &Options, run: u64) -> anyhow::Result<Trial> {
     for tick in simulation.by_ref() {
         let tick = tick?;
         if let Some(fix) = &tick.position {
-            machine.ingest_position(PositionFix {
-                latitude: fix.latitude_rad,
-                longitude: fix.longitude_rad,
-                height: fix.height_m,
+            machine.ingest_position(Position {
+                latitude_rad: fix.latitude_rad,
+                longitude_rad: fix.longitude_rad,
+                height_m: fix.height_m,
             })?;
         }
         if let Some(joints) = tick.joints {
@@ -302,7 +303,7 @@ fn summarize(options: &Options, trials: &[Trial]) -> Report {
         ),
         converged: trials
             .iter()
-            .filter(|t| t.estimate.phase == sins::self_calibration::Phase::Converged)
+            .filter(|t| t.estimate.phase == sins::machines::self_calibration::Phase::Converged)
             .count(),
         runs: options.runs,
         states,

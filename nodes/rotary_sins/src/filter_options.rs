@@ -3,9 +3,9 @@
 use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
 use sins::{
-    imu::NoiseDensity,
-    self_calibration::{Reference, Settings, Thresholds},
-    turntable::Turntable,
+    machines::self_calibration::{Reference, Settings, Thresholds},
+    sensor::sample::NoiseDensity,
+    table::Turntable,
     units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G},
 };
 

@@ -8,9 +8,9 @@ use clap::Args;
 use serde::Serialize;
 use sins::{
     earth::LocalEarth,
-    navigator::{Navigator, NavigatorOutput, NavigatorSettings},
-    self_calibration::PositionFix,
-    strapdown::NavigationState,
+    earth::Position,
+    machines::navigator::{Navigator, NavigatorOutput, NavigatorSettings},
+    mechanization::strapdown::NavigationState,
     units::NAUTICAL_MILE_M,
 };
 
@@ -58,18 +58,20 @@ struct Distance {
 }
 
 impl Distance {
-    fn take(&mut self, state: &NavigationState, fix: &PositionFix) {
+    fn take(&mut self, state: &NavigationState, fix: &Position) {
         self.last = distance_m(state, fix) / NAUTICAL_MILE_M;
         self.largest = self.largest.max(self.last);
     }
 }
 
 /// Distance over ground \[m\], by the radii of curvature where the fix is.
-fn distance_m(state: &NavigationState, fix: &PositionFix) -> f64 {
-    let earth = LocalEarth::at(fix.latitude, fix.height);
+fn distance_m(state: &NavigationState, fix: &Position) -> f64 {
+    let earth = LocalEarth::at(fix.latitude_rad, fix.height_m);
     let turn = std::f64::consts::TAU;
-    let longitude = (state.longitude - fix.longitude + turn / 2.0).rem_euclid(turn) - turn / 2.0;
-    let north = (state.latitude - fix.latitude) * earth.meridian_radius_m;
+    let longitude = (state.position.longitude_rad - fix.longitude_rad + turn / 2.0)
+        .rem_euclid(turn)
+        - turn / 2.0;
+    let north = (state.position.latitude_rad - fix.latitude_rad) * earth.meridian_radius_m;
     north.hypot(longitude * earth.transverse_radius_m * earth.cos_latitude)
 }
 
@@ -134,8 +136,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let counts = navigator.stream().counts();
     let covariance = &last.compensated.covariance;
     let earth = LocalEarth::at(
-        last.compensated.navigation.latitude,
-        last.compensated.navigation.height,
+        last.compensated.navigation.position.latitude_rad,
+        last.compensated.navigation.position.height_m,
     );
     let north = covariance[(0, 0)] * earth.meridian_radius_m.powi(2);
     let east = covariance[(1, 1)] * (earth.transverse_radius_m * earth.cos_latitude).powi(2);

@@ -6,14 +6,14 @@ use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 use sins::{
     estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATE_NAMES, STATES},
-    observability::{
+    studies::observability::{
         Setting,
         bound::{self, BoundPoint},
         degree::{self, Degrees},
         global::{GlobalConditions, Spread},
         stripped::{self, RANK_TOLERANCE, RankAfterDwell},
     },
-    scheme::Program,
+    table::scheme::Program,
 };
 
 use crate::{

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use sins::{
-    imu::NoiseDensity,
-    scheme::{BUILTIN_NAMES, Scheme},
+    sensor::sample::NoiseDensity,
     simulation::{NoiseReading, Ship},
-    turntable::{Axis, Turntable},
+    table::scheme::{BUILTIN_NAMES, Scheme},
+    table::{Axis, Turntable},
 };
 
 /// A scheme by its name, or from a file.

@@ -7,9 +7,9 @@ use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
 use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{
-    self_calibration::PositionFix,
+    earth::Position,
+    table::{Axis, Turntable},
     time::Stamp,
-    turntable::{Axis, Turntable},
 };
 
 use crate::{output, progress::Progress};
@@ -166,11 +166,11 @@ impl SensorInput {
     }
 
     /// The position of the command line.
-    fn given_position(&self) -> Option<PositionFix> {
-        Some(PositionFix {
-            latitude: self.latitude_deg?.to_radians(),
-            longitude: self.longitude_deg?.to_radians(),
-            height: self.height_m,
+    fn given_position(&self) -> Option<Position> {
+        Some(Position {
+            latitude_rad: self.latitude_deg?.to_radians(),
+            longitude_rad: self.longitude_deg?.to_radians(),
+            height_m: self.height_m,
         })
     }
 
@@ -369,7 +369,7 @@ fn position_before(
     bag: &Bag,
     offset: f64,
     topic: Option<usize>,
-) -> anyhow::Result<Option<PositionFix>> {
+) -> anyhow::Result<Option<Position>> {
     let (Some(topic), Some((start, _))) = (topic, bag.time_range()) else {
         return Ok(None);
     };

@@ -13,13 +13,13 @@ use rotary_sins_msgs::{
 };
 use serde::Serialize;
 use sins::{
-    imu::NoiseDensity,
-    scheme::{Sequencer, sequencer::SequencerSettings},
+    sensor::sample::NoiseDensity,
     simulation::{
         ImuErrorSettings, NoiseReading, PlantSettings, Run, Simulator, SimulatorSettings,
     },
+    table::Turntable,
+    table::scheme::{Sequencer, sequencer::SequencerSettings},
     time::Stamp,
-    turntable::Turntable,
     units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM},
 };
 

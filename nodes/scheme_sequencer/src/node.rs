@@ -8,10 +8,10 @@ use ros_node::{InputWatch, Level, Node, Publisher, Qos, Report};
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::sensor_msgs::JointState;
 use rotary_sins_msgs::std_srvs::TriggerResponse;
-use sins::scheme::Sequencer;
-use sins::scheme::sequencer::{Command, Refused, State, Status};
+use sins::table::JointSample;
+use sins::table::scheme::Sequencer;
+use sins::table::scheme::sequencer::{Command, Refused, State, Status};
 use sins::time::Stamp;
-use sins::turntable::JointSample;
 
 use crate::parameters;
 use crate::table::{Motion, News, Table};

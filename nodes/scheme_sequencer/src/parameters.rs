@@ -2,9 +2,9 @@
 
 use anyhow::{Context, Result, bail};
 use ros_node::{Node, Parameter};
-use sins::scheme::sequencer::SequencerSettings;
-use sins::scheme::{BUILTIN_NAMES, Program, Scheme};
-use sins::turntable::{Axis, Turntable};
+use sins::table::scheme::sequencer::SequencerSettings;
+use sins::table::scheme::{BUILTIN_NAMES, Program, Scheme};
+use sins::table::{Axis, Turntable};
 
 /// All parameters of the node.
 pub fn declarations() -> Vec<Parameter> {

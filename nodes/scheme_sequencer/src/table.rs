@@ -11,8 +11,8 @@ use rotary_sins_msgs::control_msgs::{
     JointTolerance,
 };
 use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
-use sins::scheme::sequencer::{Command, SequencerSettings};
-use sins::turntable::JOINT_NAMES;
+use sins::table::JOINT_NAMES;
+use sins::table::scheme::sequencer::{Command, SequencerSettings};
 use tokio::sync::mpsc;
 
 const TOPIC: &str = "turntable/joint_trajectory";

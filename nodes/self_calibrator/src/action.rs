@@ -8,7 +8,7 @@ use rotary_sins_msgs::{
     SelfCalibrateResult as Outcome, SelfCalibrationEstimate,
 };
 use sins::Stamp;
-use sins::self_calibration::Thresholds;
+use sins::machines::self_calibration::Thresholds;
 
 use crate::calibrator::{Calibrator, Output};
 

@@ -10,11 +10,13 @@ use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::std_srvs::TriggerResponse;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-use sins::imu::ImuSample;
-use sins::self_calibration::{Estimate, Phase, Reference, SelfCalibration, Settings, Thresholds};
-use sins::stamp_order::{InOrder, StampOrder};
+use sins::machines::self_calibration::{
+    Estimate, Phase, Reference, SelfCalibration, Settings, Thresholds,
+};
+use sins::sensor::sample::ImuSample;
+use sins::stream::stamp_order::{InOrder, StampOrder};
+use sins::table::JointSample;
 use sins::time::seconds_to_nanos;
-use sins::turntable::JointSample;
 use sins::{Error, Stamp};
 
 use crate::{phase, storage, translation};

@@ -1,5 +1,5 @@
 //! ROS 2 node: self-calibration of a rotary strapdown IMU, from its samples and the ship's position to the drifts and
-//! biases of its sensors. It drives [`sins::self_calibration::SelfCalibration`]; here messages become samples and
+//! biases of its sensors. It drives [`sins::machines::self_calibration::SelfCalibration`]; here messages become samples and
 //! results become messages.
 
 mod action;

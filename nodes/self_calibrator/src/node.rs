@@ -7,7 +7,7 @@ use ros_node::{Node, Publisher, Qos, Report, Subscription};
 use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
 use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-use sins::self_calibration::Reference;
+use sins::machines::self_calibration::Reference;
 
 use crate::action::SelfCalibrate;
 use crate::calibrator::{Calibrator, Output, topic};

@@ -6,7 +6,7 @@ use imu_input::{Number, noise, numbers, turntable};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters};
 use sins::estimation::filter::InitialUncertainty;
-use sins::self_calibration::{Reference, Settings, Thresholds};
+use sins::machines::self_calibration::{Reference, Settings, Thresholds};
 use sins::units::{ARC_MINUTE, DEG_PER_HOUR, MICRO_G};
 
 /// Numbers that only this node has.

@@ -1,6 +1,6 @@
 //! Why a phase was entered, in one line for a person.
 
-use sins::self_calibration::{Estimate, Phase, Settings};
+use sins::machines::self_calibration::{Estimate, Phase, Settings};
 use sins::units::{DEG_PER_HOUR, MICRO_G};
 
 /// Why self-calibration went from one phase to another.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::std_srvs::TriggerResponse;
-use sins::self_calibration::Estimate;
+use sins::machines::self_calibration::Estimate;
 
 use crate::translation;
 

@@ -7,7 +7,7 @@ use rotary_sins_msgs::std_msgs::Header;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, StateMatrix};
-use sins::self_calibration::{Estimate, Phase, SampleReport};
+use sins::machines::self_calibration::{Estimate, Phase, SampleReport};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of a phase in messages.
@@ -90,7 +90,7 @@ pub fn progress(
 
 /// A calibration, of this estimate where it is not from a file. `valid` unless its filter did not agree with its samples.
 pub fn calibration(
-    result: &sins::self_calibration::Calibration,
+    result: &sins::machines::self_calibration::Calibration,
     estimate: Option<&Estimate>,
     frame_id: &str,
     source: &str,
@@ -115,9 +115,9 @@ pub fn calibration(
         accelerometer_matrix_std: [unknown; 9],
         attitude: result.attitude.into(),
         attitude_covariance: row_major(&misalignment.into_owned()),
-        latitude_deg: result.latitude.to_degrees(),
-        longitude_deg: result.longitude.to_degrees(),
-        height_m: result.height,
+        latitude_deg: result.position.latitude_rad.to_degrees(),
+        longitude_deg: result.position.longitude_rad.to_degrees(),
+        height_m: result.position.height_m,
         state_names: STATE_NAMES.map(str::to_owned).to_vec(),
         covariance: all_rows(&result.covariance),
         phase: phase_number(result.phase),

@@ -9,7 +9,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::earth::{EARTH_RATE_RAD_S, LocalEarth};
-use crate::imu::NoiseDensity;
+use crate::sensor::sample::NoiseDensity;
 use crate::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of states.
@@ -200,14 +200,15 @@ impl Linearization {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::{HeadingPitchRoll, small_rotation};
-    use crate::strapdown::{Increment, NavigationState, Strapdown};
+    use crate::earth::Position;
+    use crate::earth::rotation::{HeadingPitchRoll, small_rotation};
+    use crate::mechanization::strapdown::{Increment, NavigationState, Strapdown};
 
     /// Error of a perturbed navigation state against a true one, by the definitions of the states.
     fn error_of(computed: &NavigationState, truth: &NavigationState) -> StateVector {
         let mut x = StateVector::zeros();
-        x[LATITUDE] = computed.latitude - truth.latitude;
-        x[LONGITUDE] = computed.longitude - truth.longitude;
+        x[LATITUDE] = computed.position.latitude_rad - truth.position.latitude_rad;
+        x[LONGITUDE] = computed.position.longitude_rad - truth.position.longitude_rad;
         x[VELOCITY] = computed.velocity.x - truth.velocity.x;
         x[VELOCITY + 1] = computed.velocity.y - truth.velocity.y;
         // C' = (I − φ×) C
@@ -227,9 +228,11 @@ mod tests {
             }
             .attitude(),
             velocity: Vector3::new(400.0, -300.0, 0.0),
-            latitude: 0.8,
-            longitude: 0.3,
-            height: 50.0,
+            position: Position {
+                latitude_rad: 0.8,
+                longitude_rad: 0.3,
+                height_m: 50.0,
+            },
         };
         let rate = Vector3::new(0.01, -0.02, 0.03);
         let force = Vector3::new(0.5, 1.5, 9.7);
@@ -245,7 +248,7 @@ mod tests {
         };
         let c = truth.attitude.to_rotation_matrix().into_inner();
         let f = Linearization {
-            earth: LocalEarth::at(truth.latitude, truth.height),
+            earth: LocalEarth::at(truth.position.latitude_rad, truth.position.height_m),
             velocity: truth.velocity,
             specific_force: c * force,
             body_to_navigation: c,
@@ -264,9 +267,11 @@ mod tests {
                     attitude: small_rotation(&-x.fixed_rows::<3>(MISALIGNMENT).into_owned())
                         * truth.attitude,
                     velocity: truth.velocity + Vector3::new(x[VELOCITY], x[VELOCITY + 1], 0.0),
-                    latitude: truth.latitude + x[LATITUDE],
-                    longitude: truth.longitude + x[LONGITUDE],
-                    height: truth.height,
+                    position: Position {
+                        latitude_rad: truth.position.latitude_rad + x[LATITUDE],
+                        longitude_rad: truth.position.longitude_rad + x[LONGITUDE],
+                        height_m: truth.position.height_m,
+                    },
                 };
                 let error = error_of(
                     &run(

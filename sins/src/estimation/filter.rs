@@ -7,8 +7,8 @@ use super::error_state::{
     VELOCITY,
 };
 use super::kalman::{Innovation, Kalman};
-use crate::imu::NoiseDensity;
-use crate::strapdown::{Increment, NavigationState, Strapdown};
+use crate::mechanization::strapdown::{Increment, NavigationState, Strapdown};
+use crate::sensor::sample::NoiseDensity;
 
 /// Velocity over ground from outside the inertial system.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,8 @@ pub struct InitialUncertainty {
 impl InitialUncertainty {
     /// The diagonal P0 at a place.
     pub fn covariance(&self, place: &NavigationState) -> StateMatrix {
-        let earth = crate::earth::LocalEarth::at(place.latitude, place.height);
+        let earth =
+            crate::earth::LocalEarth::at(place.position.latitude_rad, place.position.height_m);
         let mut sigma = StateVector::zeros();
         sigma[LATITUDE] = self.position_m / earth.meridian_radius_m;
         sigma[LONGITUDE] = self.position_m / (earth.transverse_radius_m * earth.cos_latitude);

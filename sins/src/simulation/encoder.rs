@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Stream, generator};
 use crate::error::Error;
-use crate::turntable::JointSample;
+use crate::table::JointSample;
 
 /// What is wrong with the encoders. By default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,8 +8,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Stream, TruthSample, generator};
 use crate::error::Error;
-use crate::imu::{ImuSample, NoiseDensity};
-use crate::sensor_errors::SensorErrors;
+use crate::sensor::errors::SensorErrors;
+use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// The two readings of the paper's noise of '0.001 deg/h', which it gives without a bandwidth.

@@ -3,7 +3,7 @@
 //! [`Plant`] is the truth: it turns the table as commanded and gives, for every sampling interval, the exact average of angular
 //! rate and specific force. [`ImuErrors`], [`Encoder`] and [`Aiding`] make measurements of it. One truth can be measured
 //! any number of times with other errors and seeds, which is what a Monte Carlo does. [`Simulator`] is the plant with one set of
-//! sensors; [`Run`] is a simulator and a [`Sequencer`](crate::scheme::Sequencer) in lockstep, in memory.
+//! sensors; [`Run`] is a simulator and a [`Sequencer`](crate::table::scheme::Sequencer) in lockstep, in memory.
 //!
 //! Everything random comes from generators seeded by the caller, one stream for each sensor: the same seed gives the
 //! same samples to the last bit, and another encoder does not change the noise of the IMU.

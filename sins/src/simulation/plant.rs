@@ -14,8 +14,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{Cadence, Ship, ShipState, Table, TableSettings};
 use crate::error::Error;
+use crate::table::{JointSample, JointState, Trajectory, Turntable};
 use crate::time::Stamp;
-use crate::turntable::{JointSample, JointState, Trajectory, Turntable};
 
 /// Nodes and weights of the Gauss-Legendre rule of five nodes on −1..1.
 const GAUSS_LEGENDRE: [(f64, f64); 5] = [
@@ -243,7 +243,7 @@ fn block_feels(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::turntable::{Axis, Joint, TrajectoryPoint};
+    use crate::table::{Axis, Joint, TrajectoryPoint};
 
     fn plant(turntable: Turntable, imu_rate_hz: f64) -> Plant {
         let ship = Ship {

@@ -2,14 +2,14 @@
 
 use super::{Simulator, Tick};
 use crate::error::Error;
-use crate::scheme::Sequencer;
-use crate::scheme::sequencer::State;
+use crate::table::scheme::Sequencer;
+use crate::table::scheme::sequencer::State;
 use crate::time::{Stamp, seconds_to_nanos};
 
 /// Runs a scheme on a simulated table: an iterator over all sampling intervals until the time is over.
 ///
 /// ```
-/// use sins::scheme::{Scheme, Sequencer, sequencer::SequencerSettings};
+/// use sins::table::scheme::{Scheme, Sequencer, sequencer::SequencerSettings};
 /// use sins::simulation::{ImuErrorSettings, ImuErrors, Run, Simulator, SimulatorSettings};
 ///
 /// let scheme = Scheme::eight_position();
@@ -64,7 +64,7 @@ impl Run {
         &self.simulator
     }
 
-    fn sequence(&mut self, joints: &crate::turntable::JointSample) -> Result<(), Error> {
+    fn sequence(&mut self, joints: &crate::table::JointSample) -> Result<(), Error> {
         if let Some(command) = self.sequencer.ingest(joints) {
             self.simulator.command(command.start, &command.trajectory)?;
         }
@@ -117,10 +117,10 @@ impl Iterator for Run {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::scheme::sequencer::SequencerSettings;
-    use crate::scheme::{Scheme, SegmentKind};
     use crate::simulation::{EncoderSettings, PlantSettings, SimulatorSettings, TableSettings};
-    use crate::turntable::{Axis, Turntable};
+    use crate::table::scheme::sequencer::SequencerSettings;
+    use crate::table::scheme::{Scheme, SegmentKind};
+    use crate::table::{Axis, Turntable};
 
     fn run(scheme: &Scheme, settings: &SimulatorSettings, hours: f64) -> Run {
         let program = scheme.program(settings.plant.turntable).unwrap();

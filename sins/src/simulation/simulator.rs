@@ -5,9 +5,9 @@ use super::{
     PlantSettings, PositionFix, TruthSample, VelocityFix,
 };
 use crate::error::Error;
-use crate::imu::ImuSample;
+use crate::sensor::sample::ImuSample;
+use crate::table::{JointSample, Trajectory};
 use crate::time::Stamp;
-use crate::turntable::{JointSample, Trajectory};
 
 /// Plant, sensors, rates and seed.
 #[derive(Clone, Copy, Debug, PartialEq)]

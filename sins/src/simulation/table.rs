@@ -1,8 +1,8 @@
 //! The simulated table: follows joint trajectories as a `joint_trajectory_controller` would.
 
 use crate::error::Error;
+use crate::table::{Cubic, JOINT_NAMES, JointState, Trajectory, TrajectoryPoint};
 use crate::time::Stamp;
-use crate::turntable::{Cubic, JOINT_NAMES, JointState, Trajectory, TrajectoryPoint};
 
 /// What the drives can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -244,7 +244,7 @@ fn state_of(motion: &Motion, at: Stamp) -> JointState {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::turntable::Joint;
+    use crate::table::Joint;
 
     fn at(seconds: f64) -> Stamp {
         Stamp::default().plus_seconds(seconds)

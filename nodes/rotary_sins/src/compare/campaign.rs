@@ -5,14 +5,14 @@ use std::sync::Mutex;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use sins::{
-    monte_carlo::{MonteCarlo, RunResult, Statistics, TrueErrors, Voyage, VoyageTrack},
-    observability::{
+    simulation::Ship,
+    studies::monte_carlo::{MonteCarlo, RunResult, Statistics, TrueErrors, Voyage, VoyageTrack},
+    studies::observability::{
         Setting,
         bound::{self, BoundPoint},
     },
-    scheme::{Program, Scheme},
-    simulation::Ship,
-    turntable::{Axis, Turntable},
+    table::scheme::{Program, Scheme},
+    table::{Axis, Turntable},
 };
 
 use crate::scheme_options::Reading;

@@ -8,7 +8,7 @@
 use serde::Serialize;
 use sins::{
     estimation::error_state::{BIAS, DRIFT, MISALIGNMENT},
-    observability::bound::BoundPoint,
+    studies::observability::bound::BoundPoint,
     units::{DEG_PER_HOUR, MICRO_G, NAUTICAL_MILE_M},
 };
 
@@ -207,7 +207,7 @@ fn left(bound: &[BoundPoint], state: usize) -> f64 {
 
 /// When all of `states` stay below `limit` \[h\]; NaN where never.
 fn settled_h(bound: &[BoundPoint], states: std::ops::Range<usize>, limit: f64) -> f64 {
-    sins::observability::bound::settled_s(bound, |sigma| {
+    sins::studies::observability::bound::settled_s(bound, |sigma| {
         states.clone().all(|state| sigma[state] < limit)
     })
     .map_or(f64::NAN, |s| s / 3600.0)

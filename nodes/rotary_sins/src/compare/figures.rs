@@ -5,9 +5,9 @@ use std::ops::Range;
 use report::{Axis, Band, Figure, Line, Panel, Series};
 use sins::{
     estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS},
-    monte_carlo::mean_nees_bounds,
-    observability::bound::settled_s,
-    scheme::Program,
+    studies::monte_carlo::mean_nees_bounds,
+    studies::observability::bound::settled_s,
+    table::scheme::Program,
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G, NAUTICAL_MILE_M},
 };
 

@@ -3,8 +3,8 @@
 use report::{Cell, Figure, Page, Table, Verdict};
 use sins::{
     estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATES},
-    monte_carlo::{Point, mean_nees_bounds},
-    observability::{Setting, stripped::RANK_TOLERANCE},
+    studies::monte_carlo::{Point, mean_nees_bounds},
+    studies::observability::{Setting, stripped::RANK_TOLERANCE},
     units::NAUTICAL_MILE_M,
 };
 

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use serde::Serialize;
 use sins::{
     estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATE_NAMES, STATES},
-    monte_carlo::{CALIBRATED, mean_nees_bounds},
-    observability::bound::settled_s,
+    studies::monte_carlo::{CALIBRATED, mean_nees_bounds},
+    studies::observability::bound::settled_s,
     units::NAUTICAL_MILE_M,
 };
 
@@ -127,16 +127,16 @@ fn case(result: &CaseResult) -> CaseReport {
         reading: result.case.reading.letter(),
         outer_axis: result.case.table.outer.to_string(),
         inner_axis: result.case.table.inner.to_string(),
-        rms_error: of(end.map(sins::monte_carlo::Point::rms)),
-        sigma: of(end.map(sins::monte_carlo::Point::sigma)),
-        rms_over_sigma: of(end.map(sins::monte_carlo::Point::rms_over_sigma)),
-        mean_nees: end.and_then(sins::monte_carlo::Point::mean_nees),
+        rms_error: of(end.map(sins::studies::monte_carlo::Point::rms)),
+        sigma: of(end.map(sins::studies::monte_carlo::Point::sigma)),
+        rms_over_sigma: of(end.map(sins::studies::monte_carlo::Point::rms_over_sigma)),
+        mean_nees: end.and_then(sins::studies::monte_carlo::Point::mean_nees),
         time_s: result.statistics.points.iter().map(|p| p.time_s).collect(),
         mean_nees_over_time: result
             .statistics
             .points
             .iter()
-            .map(sins::monte_carlo::Point::mean_nees)
+            .map(sins::studies::monte_carlo::Point::mean_nees)
             .collect(),
         settled_h: settled_h(result).to_vec(),
         voyages: result

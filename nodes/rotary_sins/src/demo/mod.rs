@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
-use sins::scheme::Scheme;
+use sins::table::scheme::Scheme;
 
 use fleet::{Fleet, Program};
 use outcome::Outcome;
@@ -76,7 +76,7 @@ impl Options {
             Scheme::builtin(&self.scheme).is_some() || Path::new(&self.scheme).is_file(),
             "--scheme is {}, expected a file or one of {}",
             self.scheme,
-            sins::scheme::BUILTIN_NAMES.join(", ")
+            sins::table::scheme::BUILTIN_NAMES.join(", ")
         );
         Ok(())
     }

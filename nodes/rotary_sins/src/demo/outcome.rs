@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use rotary_sins_msgs::nav_msgs::Odometry;
 use sins::Stamp;
-use sins::sampling::SampleClock;
+use sins::stream::sampling::SampleClock;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 use super::Options;

@@ -9,8 +9,8 @@ use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::NavSatFix;
 use rotary_sins_msgs::{Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate};
-use sins::odometry::offset_m;
-use sins::self_calibration::PositionFix;
+use sins::earth::Position;
+use sins::mechanization::odometry::offset_m;
 
 /// Consumers whose diagnostics count samples.
 pub const CONSUMERS: [&str; 2] = ["self_calibrator", "navigation_compensator"];
@@ -92,17 +92,17 @@ impl Seen {
 
     fn position_error(&self, fix: &NavSatFix) -> Option<f64> {
         let truth = self.truth.as_ref()?;
-        let origin = PositionFix {
-            latitude: truth.latitude_deg.to_radians(),
-            longitude: truth.longitude_deg.to_radians(),
-            height: truth.height_m,
+        let origin = Position {
+            latitude_rad: truth.latitude_deg.to_radians(),
+            longitude_rad: truth.longitude_deg.to_radians(),
+            height_m: truth.height_m,
         };
         let position = fix.position()?;
         let offset = offset_m(
             &origin,
-            position.latitude,
-            position.longitude,
-            position.height,
+            position.latitude_rad,
+            position.longitude_rad,
+            position.height_m,
         );
         Some(offset.x.hypot(offset.y))
     }

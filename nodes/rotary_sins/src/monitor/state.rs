@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rotary_sins_msgs::diagnostic_msgs::DiagnosticStatus;
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
-use sins::self_calibration::Thresholds;
+use sins::machines::self_calibration::Thresholds;
 
 /// Sigmas kept for the small curves.
 const KEPT: usize = 240;

@@ -2,8 +2,8 @@
 
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use sins::{
-    rotation::HeadingPitchRoll,
-    self_calibration::{Estimate, Phase},
+    earth::rotation::HeadingPitchRoll,
+    machines::self_calibration::{Estimate, Phase},
     time::Stamp,
 };
 

@@ -3,9 +3,9 @@
 use report::{Axis, Band, Figure, Line, Panel, Series, palette};
 use sins::{
     estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS, StateLabel},
-    self_calibration::Thresholds,
+    machines::self_calibration::Thresholds,
+    table::JOINT_NAMES,
     time::Stamp,
-    turntable::JOINT_NAMES,
     units::NAUTICAL_MILE_M,
 };
 

@@ -6,7 +6,7 @@ use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
     diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
 };
-use sins::{odometry::offset_m, self_calibration::PositionFix, time::Stamp};
+use sins::{earth::Position, mechanization::odometry::offset_m, time::Stamp};
 
 use super::{
     diagnostics::Diagnostics,
@@ -332,12 +332,17 @@ impl Gathering<'_> {
             Role::Fix(which) => {
                 let fix: NavSatFix = cdr::decode(message.data)?;
                 if let (Some(truth), Some(place)) = (&run.truth.calibration, fix.position()) {
-                    let origin = PositionFix {
-                        latitude: truth.latitude_deg.to_radians(),
-                        longitude: truth.longitude_deg.to_radians(),
-                        height: truth.height_m,
+                    let origin = Position {
+                        latitude_rad: truth.latitude_deg.to_radians(),
+                        longitude_rad: truth.longitude_deg.to_radians(),
+                        height_m: truth.height_m,
                     };
-                    let offset = offset_m(&origin, place.latitude, place.longitude, place.height);
+                    let offset = offset_m(
+                        &origin,
+                        place.latitude_rad,
+                        place.longitude_rad,
+                        place.height_m,
+                    );
                     run.fixes[which].push(fix.header.stamp.into(), offset.x.hypot(offset.y));
                 }
             }

@@ -4,7 +4,7 @@ use bags::{RawMessage, Topic};
 use ros_node::StreamMonitor;
 use rotary_sins_msgs::{KnownType, known_type};
 use sins::{
-    sampling::{Interval, SampleClock},
+    stream::sampling::{Interval, SampleClock},
     time::Stamp,
 };
 

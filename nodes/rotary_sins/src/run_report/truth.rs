@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::UnitQuaternion;
 use rotary_sins_msgs::Calibration;
-use sins::{rotation::HeadingPitchRoll, time::Stamp, turntable::Turntable};
+use sins::{earth::rotation::HeadingPitchRoll, table::Turntable, time::Stamp};
 
 use super::thin::{POINTS, Thinned};
 

@@ -3,8 +3,8 @@
 use report::Verdict;
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use sins::{
+    earth::rotation::HeadingPitchRoll,
     estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS},
-    rotation::HeadingPitchRoll,
 };
 
 use super::{

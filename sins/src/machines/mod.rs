@@ -1,0 +1,4 @@
+//! The machines that nodes, the command line and notebooks drive: fed readings, they hand back what happened.
+
+pub mod navigator;
+pub mod self_calibration;

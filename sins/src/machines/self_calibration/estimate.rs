@@ -1,0 +1,198 @@
+//! What self-calibration hands back.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::earth::Position;
+use crate::earth::rotation::HeadingPitchRoll;
+use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, StateMatrix, StateVector};
+use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::errors::SensorErrors;
+use crate::stream::sampling::StreamCounts;
+use crate::time::Stamp;
+
+/// Where self-calibration stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Samples are gathered, but no position has come yet. Leaves when the first valid fix comes.
+    WaitingForPosition,
+    /// Gravity and earth rate are being gathered in the inertial frame. Leaves when that has lasted long enough.
+    CoarseAlignment,
+    /// The filter runs; the block has not turned since. Leaves when the block has turned.
+    FineAlignment,
+    /// The block turns and the sensor errors come apart. Leaves when every state asked for is below its threshold.
+    Calibrating,
+    /// Every sigma is below its threshold and the innovations pass their test.
+    Converged,
+    /// The innovations fail their test: the filter does not describe these samples. Leaves when they pass again.
+    Inconsistent,
+}
+
+impl Phase {
+    /// The name that files and messages carry.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::WaitingForPosition => "waiting_for_position",
+            Self::CoarseAlignment => "coarse_alignment",
+            Self::FineAlignment => "fine_alignment",
+            Self::Calibrating => "calibrating",
+            Self::Converged => "converged",
+            Self::Inconsistent => "inconsistent",
+        }
+    }
+}
+
+/// A turn of the ship above this while the table works \[rad\] says that the table's axes are set wrong.
+const IMPLAUSIBLE_TURN_RAD: f64 = 0.35;
+
+/// What happened to the samples on the way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleReport {
+    /// Used, missing and refused samples, by stamp.
+    pub counts: StreamCounts,
+    /// Samples refused because a value was not finite.
+    pub not_finite: u64,
+    /// How often the alignment was started anew after a long hole or a step back in time.
+    pub restarts: u64,
+    /// Velocity measurements that did not come in time (reference `Measured`).
+    pub missing_velocities: u64,
+}
+
+/// Innovations of the last updates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InnovationReport {
+    /// Normalized innovation squared of the last update, two degrees of freedom.
+    pub last: f64,
+    /// Mean over the window.
+    pub window_mean: f64,
+    /// Upper bound of that mean.
+    pub window_bound: f64,
+    /// Updates at which a full window failed, since the filter started.
+    pub failures: u64,
+}
+
+/// The estimate after an update.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Time of the estimate.
+    pub stamp: Stamp,
+    /// Where self-calibration stands.
+    pub phase: Phase,
+    /// Attitude of the block (b to n), velocity and position.
+    pub navigation: NavigationState,
+    /// Attitude of the ship: the block's with both joints turned back to zero.
+    pub vehicle: HeadingPitchRoll,
+    /// How far that has turned since fine alignment began \[rad\]. A moored ship does not turn by tens of degrees: if this does,
+    /// the joints turn about other axes than the settings say.
+    pub vehicle_turn_rad: f64,
+    /// The thirteen states; what has been fed back is zero in the first seven and included in the sensor errors.
+    pub state: StateVector,
+    /// Covariance of the states.
+    pub covariance: StateMatrix,
+    /// Innovations.
+    pub innovations: InnovationReport,
+    /// Samples.
+    pub samples: SampleReport,
+    /// Time from the first sample of this alignment to `stamp` \[s\].
+    pub duration_s: f64,
+}
+
+impl Estimate {
+    /// One-sigma of the states.
+    pub fn sigma(&self) -> StateVector {
+        sigma(&self.covariance)
+    }
+
+    /// Gyroscope drift ε, block axes \[rad/s\].
+    pub fn gyroscope_drift(&self) -> Vector3<f64> {
+        self.state.fixed_rows::<3>(DRIFT).into_owned()
+    }
+
+    /// Its one-sigma \[rad/s\].
+    pub fn gyroscope_drift_sigma(&self) -> Vector3<f64> {
+        self.sigma().fixed_rows::<3>(DRIFT).into_owned()
+    }
+
+    /// Accelerometer bias ∇, block axes \[m/s²\].
+    pub fn accelerometer_bias(&self) -> Vector3<f64> {
+        self.state.fixed_rows::<3>(BIAS).into_owned()
+    }
+
+    /// Its one-sigma \[m/s²\].
+    pub fn accelerometer_bias_sigma(&self) -> Vector3<f64> {
+        self.sigma().fixed_rows::<3>(BIAS).into_owned()
+    }
+
+    /// One-sigma of the misalignment (E, N, U) \[rad\].
+    pub fn misalignment_sigma(&self) -> Vector3<f64> {
+        self.sigma().fixed_rows::<3>(MISALIGNMENT).into_owned()
+    }
+
+    /// One-sigma of heading, pitch and roll of the ship \[rad\]; see [`HeadingPitchRoll::sigma`].
+    pub fn vehicle_sigma(&self) -> HeadingPitchRoll {
+        let misalignment = self
+            .covariance
+            .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+            .into_owned();
+        HeadingPitchRoll::sigma(self.vehicle.heading, &misalignment)
+    }
+
+    /// Says so where the ship seems to turn with the table, for heading, pitch and roll are then meaningless. The sensor
+    /// errors and the block's attitude do not depend on the joints.
+    pub fn axes_doubt(&self) -> Option<String> {
+        (self.vehicle_turn_rad > IMPLAUSIBLE_TURN_RAD).then(|| {
+            format!(
+                "the ship seems to have turned by {:.0} deg with the table: heading, pitch and roll are wrong, \
+                 for outer_axis and inner_axis are not the table's",
+                self.vehicle_turn_rad.to_degrees()
+            )
+        })
+    }
+
+    /// The calibration that this estimate amounts to.
+    pub fn calibration(&self) -> Calibration {
+        Calibration {
+            stamp: self.stamp,
+            phase: self.phase,
+            errors: SensorErrors::constant(self.gyroscope_drift(), self.accelerometer_bias()),
+            attitude: self.navigation.attitude,
+            position: self.navigation.position,
+            covariance: self.covariance,
+            samples: self.samples.counts.samples,
+            gaps: self.samples.counts.gaps,
+        }
+    }
+}
+
+/// What navigation needs of a calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// Time of the estimate.
+    pub stamp: Stamp,
+    /// Where self-calibration stood then.
+    pub phase: Phase,
+    /// The sensor errors to take out.
+    pub errors: SensorErrors,
+    /// Attitude of the block at `stamp` (b to n).
+    pub attitude: UnitQuaternion<f64>,
+    /// Position; the height stays as it was given.
+    pub position: Position,
+    /// Covariance of the thirteen states at `stamp`.
+    pub covariance: StateMatrix,
+    /// Samples that went into it.
+    pub samples: u64,
+    /// Gaps among them.
+    pub gaps: u64,
+}
+
+impl Calibration {
+    /// One-sigma of the states.
+    pub fn sigma(&self) -> StateVector {
+        sigma(&self.covariance)
+    }
+}
+
+fn sigma(covariance: &StateMatrix) -> StateVector {
+    covariance.diagonal().map(|v| v.max(0.0).sqrt())
+}

@@ -1,0 +1,216 @@
+//! Settings of self-calibration, each with a default that suits a ship at her mooring.
+
+use nalgebra::Vector3;
+
+use crate::error::Error;
+use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATES, StateVector};
+use crate::estimation::filter::InitialUncertainty;
+use crate::sensor::sample::NoiseDensity;
+use crate::table::Turntable;
+use crate::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
+
+/// Where the velocity error is measured against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reference {
+    /// The ship lies at her mooring: her velocity is zero, give or take this one-sigma \[m/s\], once a second.
+    Moored {
+        /// One-sigma of the ship's residual motion, per axis \[m/s\].
+        sigma_m_s: f64,
+    },
+    /// Velocity measurements are given. Samples wait, by their stamps, until the velocity for their time has come.
+    Measured {
+        /// How much later than its velocity a sample may come before the filter goes on without it \[s\].
+        patience_s: f64,
+    },
+}
+
+/// One-sigma below which a state counts as found; infinite where the scheme need not show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thresholds {
+    /// By state, in the order of the state vector.
+    pub sigma: [f64; STATES],
+}
+
+impl Thresholds {
+    /// From thresholds of misalignment (E, N, U) \[rad\], accelerometer bias \[m/s²\] and gyroscope drift \[rad/s\]; a value
+    /// that is not positive asks nothing of its state.
+    pub fn new(misalignment_rad: [f64; 3], bias_m_s2: [f64; 3], drift_rad_s: [f64; 3]) -> Self {
+        let mut sigma = [f64::INFINITY; STATES];
+        for (start, values) in [
+            (MISALIGNMENT, misalignment_rad),
+            (BIAS, bias_m_s2),
+            (DRIFT, drift_rad_s),
+        ] {
+            for (i, value) in values.into_iter().enumerate() {
+                if value > 0.0 {
+                    sigma[start + i] = value;
+                }
+            }
+        }
+        Self { sigma }
+    }
+
+    /// How much of what is asked for is reached, 0..1: the least threshold over sigma; 1 where everything is.
+    pub fn reached(&self, sigma: &StateVector) -> f64 {
+        let shares = self.sigma.iter().zip(sigma).map(|(limit, s)| limit / s);
+        shares.fold(1.0, f64::min)
+    }
+}
+
+impl Default for Thresholds {
+    /// ε 0.002 deg/h, ∇ 10 ug, azimuth 1 arcmin.
+    fn default() -> Self {
+        Self::new(
+            [0.0, 0.0, ARC_MINUTE],
+            [10.0 * MICRO_G; 3],
+            [0.002 * DEG_PER_HOUR; 3],
+        )
+    }
+}
+
+/// Everything that self-calibration can be told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Which axis each joint turns about; needed for the vehicle's attitude only.
+    pub turntable: Turntable,
+    /// White noise of the sensors; by default what the samples' own variances say.
+    pub noise: Option<NoiseDensity>,
+    /// Initial one-sigma. The misalignment is meant to be wide: the coarse alignment only chooses the point about which the
+    /// filter is linear, and the filter itself goes over the same samples to find what they are worth.
+    pub prior: InitialUncertainty,
+    /// Velocity reference.
+    pub reference: Reference,
+    /// Time between covariance steps \[s\].
+    pub step_s: f64,
+    /// Length of coarse alignment \[s\].
+    pub coarse_alignment_s: f64,
+    /// Shortest coarse alignment, where the samples end or break off early \[s\].
+    pub coarse_alignment_min_s: f64,
+    /// Velocity that coarse alignment may leave unexplained \[m/s\].
+    pub coarse_residual_limit_m_s: f64,
+    /// When the estimate counts as found.
+    pub thresholds: Thresholds,
+    /// Length of the innovation test in updates.
+    pub window_updates: usize,
+    /// Probability that the innovation test fails when all is well, per window.
+    pub window_false_alarm: f64,
+    /// Turn of the block that ends fine alignment and begins calibration \[rad\].
+    pub turn_rad: f64,
+    /// A hole in the samples longer than this, or a step back, starts the alignment anew \[s\].
+    pub restart_gap_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            turntable: Turntable::default(),
+            noise: None,
+            prior: InitialUncertainty {
+                position_m: 10.0,
+                velocity_m_s: 0.01,
+                misalignment_rad: Vector3::new(1.0, 1.0, 10.0) * std::f64::consts::PI / 180.0,
+                accelerometer_bias_m_s2: Vector3::repeat(100.0 * MICRO_G),
+                gyroscope_drift_rad_s: Vector3::repeat(0.01 * DEG_PER_HOUR),
+            },
+            reference: Reference::Moored { sigma_m_s: 0.01 },
+            step_s: 1.0,
+            coarse_alignment_s: 300.0,
+            coarse_alignment_min_s: 60.0,
+            coarse_residual_limit_m_s: 1.0,
+            thresholds: Thresholds::default(),
+            window_updates: 300,
+            window_false_alarm: 1e-6,
+            turn_rad: 10.0 * std::f64::consts::PI / 180.0,
+            restart_gap_s: 5.0,
+        }
+    }
+}
+
+/// The noise of reading D (0.001 deg/√h, 10 ug/√Hz), used where neither settings nor samples tell any.
+pub fn default_noise() -> NoiseDensity {
+    NoiseDensity {
+        gyroscope: Vector3::repeat(0.001 * DEG_PER_SQRT_HOUR),
+        accelerometer: Vector3::repeat(10.0 * MICRO_G),
+    }
+}
+
+impl Settings {
+    /// Refuses values that mean nothing.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] with the name of the first setting that is out of range.
+    pub fn check(&self) -> Result<(), Error> {
+        let positive = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(Error::setting(name, value, "a positive number"))
+            }
+        };
+        positive("step_s", self.step_s)?;
+        positive("coarse_alignment_s", self.coarse_alignment_s)?;
+        positive("coarse_alignment_min_s", self.coarse_alignment_min_s)?;
+        positive("coarse_residual_limit_m_s", self.coarse_residual_limit_m_s)?;
+        positive("turn_rad", self.turn_rad)?;
+        positive("restart_gap_s", self.restart_gap_s)?;
+        positive("prior.position_m", self.prior.position_m)?;
+        positive("prior.velocity_m_s", self.prior.velocity_m_s)?;
+        for (name, vector) in [
+            ("prior.misalignment_rad", &self.prior.misalignment_rad),
+            (
+                "prior.accelerometer_bias_m_s2",
+                &self.prior.accelerometer_bias_m_s2,
+            ),
+            (
+                "prior.gyroscope_drift_rad_s",
+                &self.prior.gyroscope_drift_rad_s,
+            ),
+        ] {
+            vector.iter().try_for_each(|v| positive(name, *v))?;
+        }
+        match self.reference {
+            Reference::Moored { sigma_m_s } => positive("reference.sigma_m_s", sigma_m_s)?,
+            Reference::Measured { patience_s } => positive("reference.patience_s", patience_s)?,
+        }
+        if let Some(noise) = &self.noise {
+            for value in noise.gyroscope.iter().chain(&noise.accelerometer) {
+                if !(value.is_finite() && *value >= 0.0) {
+                    return Err(Error::setting(
+                        "noise density",
+                        value,
+                        "a number that is not negative",
+                    ));
+                }
+            }
+        }
+        if !(1e-12..0.5).contains(&self.window_false_alarm) {
+            return Err(Error::setting(
+                "window_false_alarm",
+                self.window_false_alarm,
+                "1e-12 .. 0.5",
+            ));
+        }
+        if self.window_updates == 0 {
+            return Err(Error::setting("window_updates", 0, "at least 1"));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The worst state decides, states that nothing is asked of do not count, and more than everything is everything.
+    #[test]
+    fn the_worst_state_says_how_far_it_is() {
+        let thresholds = Thresholds::new([0.0, 0.0, 2.0], [0.0; 3], [1.0; 3]);
+        let mut sigma = StateVector::repeat(1e9);
+        sigma[MISALIGNMENT + 2] = 4.0;
+        sigma.fixed_rows_mut::<3>(DRIFT).fill(3.0);
+        assert!((thresholds.reached(&sigma) - 1.0 / 3.0).abs() < 1e-15);
+        sigma[MISALIGNMENT + 2] = 1.0;
+        sigma.fixed_rows_mut::<3>(DRIFT).fill(0.1);
+        assert_eq!(thresholds.reached(&sigma), 1.0);
+    }
+}

@@ -1,0 +1,7 @@
+//! What the inertial sensors deliver: samples, their noise, and the one model of their errors with its inverse.
+
+pub mod errors;
+pub mod sample;
+
+pub use errors::{Compensation, SensorErrors};
+pub use sample::{ImuSample, NoiseDensity};

@@ -1,0 +1,4 @@
+//! Studies over everything below: many runs at once, and what a scheme can show.
+
+pub mod monte_carlo;
+pub mod observability;

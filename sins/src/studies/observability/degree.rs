@@ -1,0 +1,188 @@
+//! Degrees of observability of a whole run, from the singular values of all its measurements.
+//!
+//! Every velocity measurement is a row H Φ(t, 0) on the initial state. Rows are divided by the measurement's sigma and
+//! columns are multiplied by the sigma that the state had before, so that states of different units can be compared: a
+//! singular value s says that the measurements know that combination s times better than it was known before.
+//! Process noise is left out here; it stands in the [`bound`](super::bound).
+
+use nalgebra::{DMatrix, SMatrix};
+
+use super::Setting;
+use super::path::Path;
+use super::stripped::{singular, triangle};
+use crate::error::Error;
+use crate::estimation::error_state::{STATES, StateMatrix, StateVector, VELOCITY};
+use crate::table::scheme::Program;
+
+/// Steps whose rows are gathered before they are made a triangle again.
+const GATHERED: usize = 120;
+/// A part of a hidden direction above this hides the state.
+const HIDDEN_PART: f64 = 1e-6;
+
+/// One singular value and its direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction {
+    /// How much better the measurements know it than it was known before.
+    pub value: f64,
+    /// The right singular vector, in units of the sigmas before.
+    pub vector: StateVector,
+    /// The state it is counted for: every state has one, the assignment that goes from the largest part down.
+    pub state: usize,
+}
+
+/// What the measurements say of one state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Degree {
+    /// How much the state alone moves the measurements: the norm of its column.
+    pub signal: f64,
+    /// What is left of that once all other states are unknown as well: 1/√ of the inverse's diagonal. The state's sigma before,
+    /// over its sigma from the measurements alone. Zero where it is hidden.
+    pub degree: f64,
+}
+
+/// Degrees of observability.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Degrees {
+    /// Thirteen, from the best shown to the least.
+    pub directions: Vec<Direction>,
+    /// One for every state.
+    pub states: [Degree; STATES],
+}
+
+/// Degrees of observability of a run.
+///
+/// # Errors
+/// [`Error`] where the ship or the program means nothing.
+pub fn degrees(program: &Program, setting: &Setting) -> Result<Degrees, Error> {
+    setting.ship.validate()?;
+    let before = setting
+        .initial
+        .covariance(&setting.place())
+        .diagonal()
+        .map(f64::sqrt);
+    let scale = StateMatrix::from_diagonal(&(before / setting.velocity_sigma_m_s));
+    let mut transition = StateMatrix::identity();
+    let mut seen = DMatrix::<f64>::zeros(0, STATES);
+    let mut rows: Vec<SMatrix<f64, 2, STATES>> = Vec::with_capacity(GATHERED);
+    for step in Path::new(program, &setting.ship, setting.duration_s) {
+        let step = step?;
+        if step.time_s > setting.duration_s + 0.5 {
+            break;
+        }
+        transition = step.mean.transition(1.0) * transition;
+        rows.push(transition.fixed_rows::<2>(VELOCITY) * scale);
+        if rows.len() == GATHERED {
+            seen = gather(&seen, &mut rows);
+        }
+    }
+    seen = gather(&seen, &mut rows);
+    let singular = singular(&seen);
+    let largest = singular[0].0.max(f64::MIN_POSITIVE);
+    let hidden = |value: f64| value < super::stripped::RANK_TOLERANCE * largest;
+    let states = std::array::from_fn(|state| {
+        let variance: f64 = singular
+            .iter()
+            .map(|(value, v)| {
+                if hidden(*value) {
+                    if v[state].abs() > HIDDEN_PART {
+                        f64::INFINITY
+                    } else {
+                        0.0
+                    }
+                } else {
+                    (v[state] / value).powi(2)
+                }
+            })
+            .sum();
+        Degree {
+            signal: seen.column(state).norm(),
+            degree: variance.sqrt().recip(),
+        }
+    });
+    Ok(Degrees {
+        directions: assign(&singular),
+        states,
+    })
+}
+
+fn gather(seen: &DMatrix<f64>, rows: &mut Vec<SMatrix<f64, 2, STATES>>) -> DMatrix<f64> {
+    let above = seen.nrows();
+    let mut stacked = DMatrix::zeros(above + 2 * rows.len(), STATES);
+    stacked.rows_mut(0, above).copy_from(seen);
+    for (k, row) in rows.drain(..).enumerate() {
+        stacked.rows_mut(above + 2 * k, 2).copy_from(&row);
+    }
+    triangle(&stacked)
+}
+
+/// One state for every direction, the largest parts first.
+fn assign(singular: &[(f64, StateVector)]) -> Vec<Direction> {
+    let mut parts: Vec<(f64, usize, usize)> = (0..STATES)
+        .flat_map(|k| (0..STATES).map(move |i| (k, i)))
+        .map(|(k, i)| (singular[k].1[i].abs(), k, i))
+        .collect();
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (mut of_direction, mut taken) = ([None; STATES], [false; STATES]);
+    for (_, k, i) in parts {
+        if of_direction[k].is_none() && !taken[i] {
+            of_direction[k] = Some(i);
+            taken[i] = true;
+        }
+    }
+    singular
+        .iter()
+        .zip(of_direction)
+        .map(|((value, vector), state)| Direction {
+            value: *value,
+            vector: *vector,
+            state: state.unwrap_or(0),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::estimation::error_state::{BIAS, DRIFT, LONGITUDE, MISALIGNMENT};
+    use crate::table::scheme::Scheme;
+
+    fn of(scheme: &Scheme) -> Degrees {
+        let program = scheme.program(scheme.default_table()).unwrap();
+        degrees(&program, &Setting::default()).unwrap()
+    }
+
+    /// Longitude is hidden whatever the table does; at rest so are the level errors behind the biases; the eight positions
+    /// show all nine better than they were known before.
+    #[test]
+    fn degrees_follow_the_scheme() {
+        let (still, eight) = (of(&Scheme::stationary()), of(&Scheme::eight_position()));
+        assert!(still.states[LONGITUDE].degree == 0.0 && eight.states[LONGITUDE].degree == 0.0);
+        for state in [MISALIGNMENT, BIAS + 1, DRIFT, BIAS + 2] {
+            assert!(
+                still.states[state].degree < 1e-3,
+                "{state}: {:?}",
+                still.states[state]
+            );
+        }
+        for state in MISALIGNMENT..STATES {
+            assert!(
+                eight.states[state].degree > 5.0,
+                "{state}: {:?}",
+                eight.states[state]
+            );
+        }
+    }
+
+    /// Every direction has its own state, and the sum of the squares is that of the columns.
+    #[test]
+    fn directions_are_complete() {
+        let d = of(&Scheme::eight_position());
+        let mut states: Vec<_> = d.directions.iter().map(|x| x.state).collect();
+        states.sort_unstable();
+        assert_eq!(states, (0..STATES).collect::<Vec<_>>());
+        let total: f64 = d.directions.iter().map(|x| x.value.powi(2)).sum();
+        let columns: f64 = d.states.iter().map(|s| s.signal.powi(2)).sum();
+        assert!((total / columns - 1.0).abs() < 1e-9);
+    }
+}
