@@ -7,7 +7,6 @@ use bags::Sample;
 use clap::Args;
 use serde::Serialize;
 use sins::{
-    earth::LocalEarth,
     earth::Position,
     machines::navigator::{Navigator, NavigatorOutput, NavigatorSettings},
     mechanization::strapdown::NavigationState,
@@ -59,20 +58,9 @@ struct Distance {
 
 impl Distance {
     fn take(&mut self, state: &NavigationState, fix: &Position) {
-        self.last = distance_m(state, fix) / NAUTICAL_MILE_M;
+        self.last = fix.offset_m(&state.position).xy().norm() / NAUTICAL_MILE_M;
         self.largest = self.largest.max(self.last);
     }
-}
-
-/// Distance over ground \[m\], by the radii of curvature where the fix is.
-fn distance_m(state: &NavigationState, fix: &Position) -> f64 {
-    let earth = LocalEarth::at(fix.latitude_rad, fix.height_m);
-    let turn = std::f64::consts::TAU;
-    let longitude = (state.position.longitude_rad - fix.longitude_rad + turn / 2.0)
-        .rem_euclid(turn)
-        - turn / 2.0;
-    let north = (state.position.latitude_rad - fix.latitude_rad) * earth.meridian_radius_m;
-    north.hypot(longitude * earth.transverse_radius_m * earth.cos_latitude)
 }
 
 /// Aligns on the first part of the bag, then navigates freely.
