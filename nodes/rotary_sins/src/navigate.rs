@@ -8,7 +8,10 @@ use clap::Args;
 use serde::Serialize;
 use sins::{
     earth::Position,
-    machines::navigator::{Navigator, NavigatorOutput, NavigatorSettings},
+    machines::{
+        navigator::{Navigator, NavigatorOutput, NavigatorSettings},
+        odometry::pose_covariance,
+    },
     mechanization::strapdown::NavigationState,
     units::NAUTICAL_MILE_M,
 };
@@ -122,19 +125,13 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         bag.path().display()
     );
     let counts = navigator.stream().counts();
-    let covariance = &last.compensated.covariance;
-    let earth = LocalEarth::at(
-        last.compensated.navigation.position.latitude_rad,
-        last.compensated.navigation.position.height_m,
-    );
-    let north = covariance[(0, 0)] * earth.meridian_radius_m.powi(2);
-    let east = covariance[(1, 1)] * (earth.transverse_radius_m * earth.cos_latitude).powi(2);
+    let pose = pose_covariance(&last.compensated);
     let report = Report {
         max_position_error_nmi: with.largest,
         max_position_error_uncompensated_nmi: without.largest,
         final_position_error_nmi: with.last,
         final_position_error_uncompensated_nmi: without.last,
-        position_std_nmi: (north + east).max(0.0).sqrt() / NAUTICAL_MILE_M,
+        position_std_nmi: (pose[(0, 0)] + pose[(1, 1)]).sqrt() / NAUTICAL_MILE_M,
         alignment_s: first.stamp.seconds_since(start),
         navigation_s: last.stamp.seconds_since(first.stamp),
         fixes,
