@@ -15,6 +15,9 @@ pub struct Calibrator {
 
 impl Calibrator {
     /// Waits for its first sample.
+    ///
+    /// # Errors
+    /// Where a setting is refused.
     pub fn new(settings: &Settings) -> Result<Self, sins::Error> {
         Ok(Self {
             machine: SelfCalibration::new(*settings)?,
@@ -23,6 +26,9 @@ impl Calibrator {
     }
 
     /// Hands a sample to the machine. Positions that the receiver did not have are left aside.
+    ///
+    /// # Errors
+    /// What the machine refuses.
     pub fn ingest(&mut self, sample: &Sample) -> Result<Option<Estimate>, sins::Error> {
         match sample {
             Sample::Imu(imu) => {

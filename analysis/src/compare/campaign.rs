@@ -308,6 +308,9 @@ impl Plan {
     }
 
     /// Does all of it.
+    ///
+    /// # Errors
+    /// Where the ship or the rate is refused.
     pub fn run(&self, listener: &dyn Listener) -> Result<Campaign, sins::Error> {
         let cases = Case::all();
         listener.task("covariance bounds over heading");

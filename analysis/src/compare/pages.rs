@@ -22,6 +22,9 @@ use crate::{
 };
 
 /// The page, and the figures in it.
+///
+/// # Errors
+/// Where a figure cannot be drawn.
 pub fn page(
     campaign: &Campaign,
     claims: &[Claim],

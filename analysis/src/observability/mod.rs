@@ -33,6 +33,9 @@ pub struct Analysis {
 
 impl Analysis {
     /// Works all four parts.
+    ///
+    /// # Errors
+    /// Where the setting is refused.
     pub fn of(program: &Program, setting: &Setting) -> Result<Self, sins::Error> {
         Ok(Self {
             name: format!(
