@@ -19,6 +19,7 @@ mod install;
 mod interfaces;
 mod layouts;
 mod manners;
+mod manual;
 mod monitor;
 mod real_data;
 mod replay;
