@@ -42,6 +42,7 @@ pub mod error;
 pub mod estimation;
 pub mod machines;
 pub mod mechanization;
+pub mod range;
 pub mod sensor;
 pub mod simulation;
 pub mod stream;

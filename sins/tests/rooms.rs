@@ -18,7 +18,7 @@ const ROOMS: [&str; 9] = [
     "studies",
 ];
 /// Beside all rooms, and using none of them but the earth's constants.
-const BESIDE: [&str; 3] = ["time", "units", "error"];
+const BESIDE: [&str; 4] = ["time", "units", "range", "error"];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {

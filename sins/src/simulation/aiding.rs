@@ -7,6 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{ShipState, Stream, generator};
 use crate::earth::LocalEarth;
 use crate::error::Error;
+use crate::range;
 use crate::time::Stamp;
 
 /// Noise and rates of the aiding.
@@ -81,9 +82,7 @@ impl Aiding {
             ("horizontal position sigma [m]", settings.horizontal_std_m),
             ("vertical position sigma [m]", settings.vertical_std_m),
         ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::setting(name, value, "0 or more"));
-            }
+            range::not_negative(name, value)?;
         }
         Ok(Self {
             settings,

@@ -5,6 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Stream, generator};
 use crate::error::Error;
+use crate::range;
 use crate::table::JointSample;
 
 /// What is wrong with the encoders. By default nothing.
@@ -36,9 +37,7 @@ impl Encoder {
             ("encoder noise [rad]", settings.position_std_rad),
             ("encoder rate noise [rad/s]", settings.rate_std_rad_s),
         ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::setting(name, value, "0 or more"));
-            }
+            range::not_negative(name, value)?;
         }
         Ok(Self {
             settings,

@@ -8,6 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::{Stream, TruthSample, generator};
 use crate::error::Error;
+use crate::range;
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
@@ -84,56 +85,37 @@ impl ImuErrorSettings {
     /// # Errors
     /// [`Error::Setting`] naming the value.
     pub fn validate(&self) -> Result<(), Error> {
-        let check = |name: &str, values: &[f64], good: fn(f64) -> bool, expected: &str| {
+        let each = |name: &str, values: &[f64], range: fn(&str, f64) -> Result<f64, Error>| {
             values
                 .iter()
-                .find(|v| !good(**v))
-                .map_or(Ok(()), |v| Err(Error::setting(name, v, expected)))
+                .try_for_each(|value| range(name, *value).map(|_| ()))
         };
-        let finite = f64::is_finite;
-        check(
-            "gyroscope drift [rad/s]",
-            self.errors.gyroscope_drift.as_slice(),
-            finite,
-            "a finite number",
-        )?;
-        check(
-            "accelerometer bias [m/s²]",
-            self.errors.accelerometer_bias.as_slice(),
-            finite,
-            "a finite number",
-        )?;
-        check(
-            "gyroscope matrix K_g",
-            self.errors.gyroscope_matrix.as_slice(),
-            finite,
-            "a finite number",
-        )?;
-        check(
-            "accelerometer matrix K_a",
-            self.errors.accelerometer_matrix.as_slice(),
-            finite,
-            "a finite number",
-        )?;
-        let density = |v: f64| v.is_finite() && v >= 0.0;
-        check(
-            "angular random walk [rad/√s]",
-            self.noise.gyroscope.as_slice(),
-            density,
-            "0 or more",
-        )?;
-        check(
-            "velocity random walk [m/s/√s]",
-            self.noise.accelerometer.as_slice(),
-            density,
-            "0 or more",
-        )?;
-        let k = &self.errors.accelerometer_matrix;
-        check(
+        let Self { errors, noise } = self;
+        for (name, values) in [
+            ("gyroscope drift [rad/s]", errors.gyroscope_drift.as_slice()),
+            (
+                "accelerometer bias [m/s²]",
+                errors.accelerometer_bias.as_slice(),
+            ),
+            ("gyroscope matrix K_g", errors.gyroscope_matrix.as_slice()),
+            (
+                "accelerometer matrix K_a",
+                errors.accelerometer_matrix.as_slice(),
+            ),
+        ] {
+            each(name, values, range::finite)?;
+        }
+        for (name, density) in [
+            ("angular random walk [rad/√s]", &noise.gyroscope),
+            ("velocity random walk [m/s/√s]", &noise.accelerometer),
+        ] {
+            each(name, density.as_slice(), range::not_negative)?;
+        }
+        let k = &errors.accelerometer_matrix;
+        each(
             "accelerometer matrix K_a above its diagonal",
             &[k.m12, k.m13, k.m23],
-            |v| v == 0.0,
-            "0",
+            |name, value| range::within(name, value, 0.0),
         )
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::earth::LocalEarth;
 use crate::error::Error;
+use crate::range;
 
 /// A ship at rest on the earth (moored, or ashore).
 ///
@@ -72,9 +73,7 @@ impl Ship {
             ("height [m]", self.height_m, 20_000.0),
         ];
         for (name, value, max) in checks {
-            if value.is_nan() || value.abs() > max + 1e-9 {
-                return Err(Error::setting(name, value, format!("-{max} to {max}")));
-            }
+            range::within(name, value, max)?;
         }
         Ok(())
     }

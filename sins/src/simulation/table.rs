@@ -1,6 +1,7 @@
 //! The simulated table: follows joint trajectories as a `joint_trajectory_controller` would.
 
 use crate::error::Error;
+use crate::range;
 use crate::table::{Cubic, JOINT_NAMES, JointState, Trajectory, TrajectoryPoint};
 use crate::time::Stamp;
 
@@ -72,9 +73,7 @@ impl Table {
             ),
             ("start tolerance [rad]", settings.start_tolerance_rad),
         ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::setting(name, value, "a positive number"));
-            }
+            range::positive(name, value)?;
         }
         let rest = Trajectory {
             points: vec![TrajectoryPoint {

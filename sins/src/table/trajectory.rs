@@ -11,6 +11,7 @@
 
 use super::{JOINT_NAMES, Joint};
 use crate::error::Error;
+use crate::range;
 use crate::time::seconds_to_nanos;
 
 /// One point of a joint trajectory.
@@ -120,15 +121,9 @@ impl Trajectory {
         rate_rad_s: f64,
         acceleration_rad_s2: f64,
     ) -> Result<Self, Error> {
-        positive("rotation rate [rad/s]", rate_rad_s)?;
-        positive("rotation acceleration [rad/s²]", acceleration_rad_s2)?;
-        if !angle_rad.is_finite() {
-            return Err(Error::setting(
-                "rotation angle [rad]",
-                angle_rad,
-                "a finite angle",
-            ));
-        }
+        range::positive("rotation rate [rad/s]", rate_rad_s)?;
+        range::positive("rotation acceleration [rad/s²]", acceleration_rad_s2)?;
+        range::finite("rotation angle [rad]", angle_rad)?;
         let point = |time_s: f64, turned_rad: f64, rate_rad_s: f64| {
             let mut point = TrajectoryPoint {
                 time_from_start_nanos: seconds_to_nanos(time_s),
@@ -188,7 +183,7 @@ impl Trajectory {
     /// # Errors
     /// [`Error::Setting`] where the deceleration is not positive.
     pub fn stop(state: JointState, deceleration_rad_s2: f64) -> Result<Self, Error> {
-        positive("deceleration [rad/s²]", deceleration_rad_s2)?;
+        range::positive("deceleration [rad/s²]", deceleration_rad_s2)?;
         let stop_nanos = state
             .velocity
             .map(|v| seconds_to_nanos(v.abs() / deceleration_rad_s2));
@@ -268,14 +263,14 @@ impl Trajectory {
         for (index, point) in self.points.iter().enumerate() {
             for (joint, name) in JOINT_NAMES.iter().enumerate() {
                 let (position, velocity) = (point.position[joint], point.velocity[joint]);
-                if !position.is_finite() {
-                    let what = format!("position of {name} at point {index} [rad]");
-                    return Err(Error::setting(what, position, "a finite angle"));
-                }
-                if !velocity.is_finite() {
-                    let what = format!("velocity of {name} at point {index} [rad/s]");
-                    return Err(Error::setting(what, velocity, "a finite rate"));
-                }
+                range::finite(
+                    &format!("position of {name} at point {index} [rad]"),
+                    position,
+                )?;
+                range::finite(
+                    &format!("velocity of {name} at point {index} [rad/s]"),
+                    velocity,
+                )?;
             }
             let earliest = if index == 0 {
                 0
@@ -321,14 +316,6 @@ impl Trajectory {
             }
         }
         Ok(())
-    }
-}
-
-fn positive(name: &str, value: f64) -> Result<(), Error> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(Error::setting(name, value, "a positive number"))
     }
 }
 

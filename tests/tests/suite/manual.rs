@@ -60,7 +60,10 @@ fn blocks<'a>(text: &'a str, fence: &str) -> Vec<Vec<&'a str>> {
 }
 
 fn name(page: &Path) -> String {
-    page.strip_prefix(repository()).unwrap().display().to_string()
+    page.strip_prefix(repository())
+        .unwrap()
+        .display()
+        .to_string()
 }
 
 /// Every link of every page leads to a file that is there.
@@ -74,7 +77,11 @@ fn links_lead_somewhere() {
             if code {
                 continue;
             }
-            for target in line.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            for target in line
+                .split("](")
+                .skip(1)
+                .filter_map(|rest| rest.split(')').next())
+            {
                 if target.contains("://") || target.starts_with('#') {
                     continue;
                 }
@@ -156,8 +163,14 @@ fn commands_and_options_exist() {
                         .chars()
                         .take_while(|c| c.is_ascii_alphanumeric() || *c == '-')
                         .collect();
-                    if !help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).any(|word| word == option) {
-                        wrong.push(format!("{}: {command} has no {option}: {span}", name(&page)));
+                    if !help
+                        .split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'))
+                        .any(|word| word == option)
+                    {
+                        wrong.push(format!(
+                            "{}: {command} has no {option}: {span}",
+                            name(&page)
+                        ));
                     }
                 }
             }
@@ -186,8 +199,14 @@ fn marked_commands_run() {
             assert_eq!(words[0], "rotary-sins", "{}: {line}", name(&page));
             let program = words[1..]
                 .iter()
-                .fold(Program::new("rotary-sins"), |program, word| program.arg(word));
-            let output = program.command().current_dir(folder.path()).output().unwrap();
+                .fold(Program::new("rotary-sins"), |program, word| {
+                    program.arg(word)
+                });
+            let output = program
+                .command()
+                .current_dir(folder.path())
+                .output()
+                .unwrap();
             assert!(
                 output.status.success(),
                 "{}: {line}\n{}",
@@ -214,6 +233,9 @@ fn schemes_of_the_manual_are_good_ones() {
         let text = answer.expect_status(0).stdout;
         assert!(text.contains("12 of 13"), "{text}");
         let hidden = text.split("Hidden to the end").nth(1).unwrap();
-        assert!(hidden.trim_start().starts_with("longitude error alone"), "{text}");
+        assert!(
+            hidden.trim_start().starts_with("longitude error alone"),
+            "{text}"
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! What a sequencer is told: tolerances, times.
 
 use crate::error::Error;
+use crate::range;
 
 /// What counts as arrived, and how long to wait for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,13 +58,10 @@ impl SequencerSettings {
             ("joint state gap [s]", self.joint_state_gap_s, false),
             ("stop after [s]", self.stop_after_s.unwrap_or(1.0), false),
         ] {
-            if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero_is_good) {
-                let expected = if zero_is_good {
-                    "0 or a positive number"
-                } else {
-                    "a positive number"
-                };
-                return Err(Error::setting(name, value, expected));
+            if zero_is_good {
+                range::not_negative(name, value)?;
+            } else {
+                range::positive(name, value)?;
             }
         }
         Ok(())
