@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
-use rotary_sins_msgs::RosMessage;
+use ros2_interfaces::{Registry, RosMessage};
 use rustdds::{DomainParticipant, Topic};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
@@ -34,6 +34,7 @@ struct Shared {
     identity: NodeIdentity,
     original_name: String,
     remaps: Vec<RemapRule>,
+    types: Arc<Mutex<Registry>>,
     arguments: Vec<String>,
     parameters: Parameters,
     ros: Arc<Mutex<ros2_client::Node>>,
@@ -86,6 +87,7 @@ impl Node {
             parameters,
             environment,
             managed,
+            types,
         } = startup;
         let creating = |what: String| {
             move |error: &dyn std::fmt::Display| Error::Create {
@@ -110,6 +112,7 @@ impl Node {
                 identity,
                 original_name,
                 remaps: ros_args.remaps,
+                types: Arc::new(Mutex::new(types)),
                 arguments: ros_args.others,
                 parameters,
                 participant: participant.clone(),
@@ -293,15 +296,36 @@ impl Node {
         )
     }
 
+    /// Makes a type known to `~/get_type_description`. Publishers and subscriptions do it for theirs; to be called for
+    /// types that are known by name only ([`Self::raw_publisher`]).
+    ///
+    /// # Errors
+    /// [`Error::Type`]: another type of this name is there, or its hash is not that of its definition.
+    pub fn register_type<M: RosMessage>(&self) -> Result<()> {
+        // A registration that panicked has added nothing.
+        let mut types = self
+            .shared
+            .types
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        Ok(types.register::<M>()?)
+    }
+
+    /// The types that this node knows by name.
+    pub(crate) fn types(&self) -> Arc<Mutex<Registry>> {
+        Arc::clone(&self.shared.types)
+    }
+
     /// A publisher of messages of type `M`.
     ///
     /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
+    /// [`Error::Name`], [`Error::Type`] or [`Error::Create`].
     pub fn publisher<M: RosMessage + Message>(
         &self,
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>> {
+        self.register_type::<M>()?;
         self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
     }
 
@@ -311,18 +335,20 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>> {
+        self.register_type::<M>()?;
         self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened())
     }
 
     /// A subscription of messages of type `M`.
     ///
     /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
+    /// [`Error::Name`], [`Error::Type`] or [`Error::Create`].
     pub fn subscription<M: RosMessage + Message>(
         &self,
         topic: &str,
         qos: Qos,
     ) -> Result<Subscription<M>> {
+        self.register_type::<M>()?;
         self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
     }
 
@@ -332,6 +358,7 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Subscription<M>> {
+        self.register_type::<M>()?;
         self.subscription_of(topic, M::TYPE_NAME, qos, &Gate::opened())
     }
 

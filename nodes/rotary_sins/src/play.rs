@@ -11,7 +11,7 @@ use anyhow::{Context, ensure};
 use bags::{Bag, Selection};
 use clap::Args;
 use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
-use rotary_sins_msgs::rosgraph_msgs::Clock;
+use ros2_interfaces::rosgraph_msgs::Clock;
 use sins::time::Stamp;
 
 use crate::{output, progress::Progress};

@@ -2,7 +2,8 @@
 
 use bags::{RawMessage, Topic};
 use ros_node::StreamMonitor;
-use rotary_sins_msgs::{KnownType, known_type};
+use ros2_interfaces::KnownType;
+use rotary_sins_msgs::known_type;
 use sins::{
     stream::sampling::{Interval, SampleClock},
     time::Stamp,
