@@ -10,9 +10,7 @@ use std::path::Path;
 use bags::{
     Bag, BagSummary, BagWriter, Compression, NewTopic, Qos, Selection, Warning, WriteOptions,
 };
-use ros2_interfaces::{
-    sensor_msgs::{Imu, JointState, NavSatFix},
-};
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::convert::{ToMessage, header};
 use sins::{Stamp, table::JointSample};
 

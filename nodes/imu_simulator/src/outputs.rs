@@ -167,7 +167,9 @@ impl Outputs {
 
     /// Tells the simulated time.
     pub fn publish_clock(&self, now: Stamp) {
-        self.clock.publish_if_heard(|| Clock { clock: now.to_message() });
+        self.clock.publish_if_heard(|| Clock {
+            clock: now.to_message(),
+        });
     }
 
     async fn publish_joints(&mut self, joints: &JointSample) {

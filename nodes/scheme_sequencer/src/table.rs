@@ -5,13 +5,13 @@ use std::time::Duration;
 use ros_node::{
     ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Publisher, Qos, RemoteGoal,
 };
-use rotary_sins_msgs::convert::{ToMessage};
 use ros2_interfaces::control_msgs::{
     FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryGoal as Goal,
     FollowJointTrajectoryProgress as Progress, FollowJointTrajectoryResult as Outcome,
     JointTolerance,
 };
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
+use rotary_sins_msgs::convert::ToMessage;
 use sins::table::JOINT_NAMES;
 use sins::table::scheme::sequencer::{Command, SequencerSettings};
 use tokio::sync::mpsc;

@@ -3,8 +3,11 @@
 use std::time::Instant;
 
 use ros_node::{ActionServer, GoalHandle, InputWatch, Node};
-use rotary_sins_msgs::convert::{stamp_from_time};
-use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal, SelfCalibrateResult as Outcome, SelfCalibrationEstimate};
+use rotary_sins_msgs::convert::stamp_from_time;
+use rotary_sins_msgs::{
+    Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal,
+    SelfCalibrateResult as Outcome, SelfCalibrationEstimate,
+};
 use sins::Stamp;
 use sins::machines::self_calibration::Thresholds;
 

@@ -6,10 +6,12 @@ use std::time::Duration;
 
 use imu_input::samples_report;
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
-use rotary_sins_msgs::convert::{FromMessage, position_from_fix, stamp_from_time, velocity_from_twist};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use ros2_interfaces::std_srvs::TriggerResponse;
+use rotary_sins_msgs::convert::{
+    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::{
     Estimate, Phase, Reference, SelfCalibration, Settings, Thresholds,
@@ -142,7 +144,7 @@ impl Calibrator {
     /// A velocity of the ship.
     pub fn velocity(&mut self, velocity: &TwistWithCovarianceStamped) {
         self.inputs.velocity.arrived(1);
-        let measurement = velocity_from_twist(&velocity);
+        let measurement = velocity_from_twist(velocity);
         if let Err(error) = self
             .machine
             .ingest_velocity(stamp_from_time(velocity.header.stamp), measurement)

@@ -1,8 +1,8 @@
 //! Results of the mathematics as messages.
 
 use nalgebra::Vector3;
-use rotary_sins_msgs::convert::{header, row_major};
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
+use rotary_sins_msgs::convert::{header, row_major};
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, StateMatrix};

@@ -99,7 +99,7 @@ impl Seen {
             longitude_rad: truth.longitude_deg.to_radians(),
             height_m: truth.height_m,
         };
-        let position = position_from_fix(&fix)?;
+        let position = position_from_fix(fix)?;
         let offset = offset_m(
             &origin,
             position.latitude_rad,

@@ -1,7 +1,7 @@
 //! The steps of the rotation scheme, as the sequencer told them.
 
 use rotary_sins_msgs::SchemeStatus;
-use rotary_sins_msgs::convert::{header, stamp_from_time};
+use rotary_sins_msgs::convert::stamp_from_time;
 use sins::time::Stamp;
 
 /// Steps and events that are kept.
@@ -129,7 +129,7 @@ impl Scheme {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ros2_interfaces::std_msgs::Header;
+    use rotary_sins_msgs::convert::header;
     use sins::time::NANOS_PER_SECOND;
 
     fn at(seconds: i64) -> Stamp {

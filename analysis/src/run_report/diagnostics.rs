@@ -37,7 +37,7 @@ impl Diagnostics {
     pub fn take(&mut self, array: &DiagnosticArray) {
         for status in &array.status {
             if status.level != DiagnosticStatus::OK {
-                stamp_from_time(self.take_status(array.header.stamp), status);
+                self.take_status(stamp_from_time(array.header.stamp), status);
             }
         }
     }
