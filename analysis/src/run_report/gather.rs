@@ -6,7 +6,7 @@ use ros2_interfaces::{
 };
 use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-use sins::{earth::Position, mechanization::odometry::offset_m, time::Stamp};
+use sins::{earth::Position, time::Stamp};
 
 use super::{
     diagnostics::Diagnostics,
@@ -342,12 +342,7 @@ impl Gathering<'_> {
                         longitude_rad: truth.longitude_deg.to_radians(),
                         height_m: truth.height_m,
                     };
-                    let offset = offset_m(
-                        &origin,
-                        place.latitude_rad,
-                        place.longitude_rad,
-                        place.height_m,
-                    );
+                    let offset = origin.offset_m(&place);
                     run.fixes[which]
                         .push(stamp_from_time(fix.header.stamp), offset.x.hypot(offset.y));
                 }

@@ -12,7 +12,6 @@ use ros2_interfaces::sensor_msgs::NavSatFix;
 use rotary_sins_msgs::convert::position_from_fix;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::earth::Position;
-use sins::mechanization::odometry::offset_m;
 
 /// Consumers whose diagnostics count samples.
 pub const CONSUMERS: [&str; 2] = ["self_calibrator", "navigation_compensator"];
@@ -100,12 +99,7 @@ impl Seen {
             height_m: truth.height_m,
         };
         let position = position_from_fix(fix)?;
-        let offset = offset_m(
-            &origin,
-            position.latitude_rad,
-            position.longitude_rad,
-            position.height_m,
-        );
+        let offset = origin.offset_m(&position);
         Some(offset.x.hypot(offset.y))
     }
 }
