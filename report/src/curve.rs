@@ -1,26 +1,11 @@
 //! Curves made ready to be drawn: gaps, steps, cut to the window, no more points than the picture can show.
 
-/// A point on the drawn scale.
-pub(crate) type Point = (f64, f64);
+use crate::frame::{Point, Window};
+
 /// A point of a band: x, lower, upper.
 pub(crate) type Span = (f64, f64, f64);
-
-/// What a panel shows, on the drawn scale.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Window {
-    pub x: (f64, f64),
-    pub y: (f64, f64),
-}
-
-impl Window {
-    fn holds(&self, (x, y): Point) -> bool {
-        (self.x.0..=self.x.1).contains(&x) && (self.y.0..=self.y.1).contains(&y)
-    }
-
-    fn column(&self, x: f64, columns: f64) -> i64 {
-        ((x - self.x.0) / (self.x.1 - self.x.0) * columns) as i64
-    }
-}
+/// Distance of the places that stand for a line where a label looks for room.
+const EVERY: f64 = 12.0;
 
 /// The unbroken pieces between points that cannot be drawn.
 pub(crate) fn runs<T: Copy>(points: &[T], drawable: impl Fn(&T) -> bool) -> Vec<Vec<T>> {
@@ -129,7 +114,7 @@ pub(crate) fn outline(run: &[Span], window: &Window, columns: usize) -> Option<V
         let mut at: Vec<f64> = vec![0.0, 1.0];
         at.extend(crossings(pair[0], pair[1], window));
         at.sort_by(f64::total_cmp);
-        spans.extend(at.into_iter().map(|t| between(pair[0], pair[1], t)));
+        spans.extend(at.into_iter().map(|t| mixed(pair[0], pair[1], t)));
     }
     let slack = (window.x.1 - window.x.0) * 1e-9;
     spans.retain(|span| (window.x.0 - slack..=window.x.1 + slack).contains(&span.0));
@@ -159,6 +144,15 @@ pub(crate) fn outline(run: &[Span], window: &Window, columns: usize) -> Option<V
     (lower.len() >= 4).then_some(lower)
 }
 
+/// Places on a segment, its ends not among them.
+pub(crate) fn between(a: Point, b: Point) -> impl Iterator<Item = Point> {
+    let n = ((b.0 - a.0).abs().max((b.1 - a.1).abs()) / EVERY) as usize;
+    (1..=n).map(move |k| {
+        let share = k as f64 / (n + 1) as f64;
+        (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
+    })
+}
+
 /// Where, between two spans, an edge of the band meets an edge of the window.
 fn crossings(a: Span, b: Span, window: &Window) -> Vec<f64> {
     let lines = [
@@ -177,7 +171,7 @@ fn crossings(a: Span, b: Span, window: &Window) -> Vec<f64> {
         .collect()
 }
 
-fn between(a: Span, b: Span, t: f64) -> Span {
+fn mixed(a: Span, b: Span, t: f64) -> Span {
     if t <= 0.0 {
         return a;
     }
