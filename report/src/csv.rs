@@ -2,7 +2,7 @@
 
 use std::io;
 
-use csv::{Writer, WriterBuilder};
+use csv::{IntoInnerError, Writer, WriterBuilder};
 
 use crate::{Error, Figure};
 
@@ -50,7 +50,7 @@ pub(crate) fn long_form(figure: &Figure) -> Result<String, Error> {
 }
 
 fn finished(out: Writer<Vec<u8>>) -> Result<String, Error> {
-    let bytes = out.into_inner().map_err(|error| error.into_error())?;
+    let bytes = out.into_inner().map_err(IntoInnerError::into_error)?;
     let text = String::from_utf8(bytes).map_err(io::Error::other)?;
     Ok(text)
 }

@@ -191,6 +191,7 @@ mod tests {
         y: (0.0, 1.0),
     };
 
+    /// What cannot be drawn parts what can.
     #[test]
     fn a_hole_parts_a_run() {
         let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 1.0), (3.0, 2.0)];
@@ -198,6 +199,7 @@ mod tests {
         assert_eq!(runs, [vec![(0.0, 1.0)], vec![(2.0, 1.0), (3.0, 2.0)]]);
     }
 
+    /// A step goes across first, then up.
     #[test]
     fn stairs_hold_their_value() {
         assert_eq!(
@@ -206,6 +208,7 @@ mod tests {
         );
     }
 
+    /// Ends of pieces lie on the edge of the window, where the segment crosses it.
     #[test]
     fn a_curve_is_cut_where_it_leaves_and_comes_back() {
         let pieces = cut(&[(0.0, 0.5), (2.0, 1.5), (4.0, 0.5), (5.0, 0.5)], &WINDOW);
@@ -223,6 +226,7 @@ mod tests {
         );
     }
 
+    /// A single extreme point of a hundred thousand stays, as do both ends.
     #[test]
     fn thinning_keeps_a_spike() {
         let mut run: Vec<_> = (0..100_000).map(|i| (f64::from(i) * 1e-4, 0.1)).collect();
@@ -236,6 +240,7 @@ mod tests {
         );
     }
 
+    /// A band is held to its window without losing corners within.
     #[test]
     fn a_band_stays_in_the_window() {
         let outline = outline(

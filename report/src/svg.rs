@@ -82,43 +82,31 @@ fn panel_markup(panel: &Panel, place: &PanelPlan, x: &Ruler, last: bool) -> Mark
 /// Lines behind the data, and the small lines outside of the frame that the numbers belong to.
 fn grid(place: &PanelPlan, x: &Ruler) -> Markup {
     let frame = &place.frame;
-    let Frame {
-        left,
-        right,
-        top,
-        bottom,
-        ..
-    } = *frame;
-    let path = |verticals: &mut dyn Iterator<Item = f64>,
-                horizontals: &mut dyn Iterator<Item = f64>,
-                outside: bool| {
-        let (ends_y, ends_x) = if outside {
-            ((bottom, bottom + 5.0), (left - 5.0, left))
-        } else {
-            ((top, bottom), (left, right))
-        };
-        let mut path = String::new();
-        // Writing to a String cannot fail.
-        for at in verticals {
-            let _ = write!(path, "M{} {}V{}", frame.x(at), ends_y.0, ends_y.1);
-        }
-        for at in horizontals {
-            let _ = write!(path, "M{} {}H{}", ends_x.0, frame.y(at), ends_x.1);
-        }
-        path
-    };
-    let ticks = |ruler: &Ruler| ruler.ticks.iter().map(|tick| tick.at).collect::<Vec<_>>();
-    let (xs, ys) = (ticks(x), ticks(&place.ruler));
-    let minor = path(
-        &mut x.minor.iter().copied(),
-        &mut place.ruler.minor.iter().copied(),
-        false,
-    );
+    let y = &place.ruler;
+    let inside = ((frame.left, frame.right), (frame.top, frame.bottom));
+    let left = (px(frame.left - 5.0), frame.left);
+    let below = (frame.bottom, px(frame.bottom + 5.0));
+    let ticks = |ruler: &Ruler| -> Vec<_> { ruler.ticks.iter().map(|tick| tick.at).collect() };
+    let (xs, ys) = (ticks(x), ticks(y));
+    let minor = lines(frame, (&x.minor, &y.minor), inside);
     html! {
         @if !minor.is_empty() { path class="minor" d=(minor) {} }
-        path class="grid" d=(path(&mut xs.iter().copied(), &mut ys.iter().copied(), false)) {}
-        path class="ticks" d=(path(&mut xs.iter().copied(), &mut ys.iter().copied(), true)) {}
+        path class="grid" d=(lines(frame, (&xs, &ys), inside)) {}
+        path class="ticks" d=(lines(frame, (&xs, &ys), (left, below))) {}
     }
+}
+
+/// Lines at some values of both axes: across `from_x`, and up and down `from_y`.
+fn lines(frame: &Frame, (xs, ys): (&[f64], &[f64]), (from_x, from_y): (Point, Point)) -> String {
+    let mut path = String::new();
+    // Writing to a String cannot fail.
+    for at in xs {
+        let _ = write!(path, "M{} {}V{}", frame.x(*at), from_y.0, from_y.1);
+    }
+    for at in ys {
+        let _ = write!(path, "M{} {}H{}", from_x.0, frame.y(*at), from_x.1);
+    }
+    path
 }
 
 /// The title and the numbers of the y axis.

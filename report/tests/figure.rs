@@ -49,13 +49,14 @@ fn of_class<'a, 'b>(document: &'a Document<'b>, class: &str) -> Vec<Node<'a, 'b>
 /// Curves of the first colour, as points.
 fn curves(document: &Document) -> Vec<Vec<(f64, f64)>> {
     let groups = of_class(document, "c0");
-    let children = groups.iter().flat_map(|group| group.children());
+    let children = groups.iter().flat_map(Node::children);
     children
         .filter(|node| node.tag_name().name() == "polyline")
         .map(|node| points(&node))
         .collect()
 }
 
+/// Any text, even of control characters and markup, gives valid XML with a name for those who do not see it.
 #[test]
 fn a_picture_is_well_formed_whatever_the_text() {
     let nasty = "a <b> & \"c\" 'd' \u{1} ]]> stroke-width=\"101\"";
@@ -90,6 +91,7 @@ fn a_picture_is_well_formed_whatever_the_text() {
     );
 }
 
+/// Series of one name share an entry, and panels that agree share a legend.
 #[test]
 fn every_name_stands_once_in_the_legend() {
     let with = |figure: Figure, title: &str| {
@@ -115,6 +117,7 @@ fn every_name_stands_once_in_the_legend() {
     );
 }
 
+/// A curve has a hole where a value is not finite.
 #[test]
 fn what_is_not_finite_leaves_a_gap() {
     for hole in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -134,6 +137,7 @@ fn what_is_not_finite_leaves_a_gap() {
     }
 }
 
+/// Equal ratios are equal distances, and what has no logarithm is a hole.
 #[test]
 fn the_zero_of_a_logarithmic_axis_is_a_gap() {
     let svg = svg(&figure(panel().log().series(Series::new(
@@ -161,6 +165,7 @@ fn the_zero_of_a_logarithmic_axis_is_a_gap() {
     );
 }
 
+/// An empty panel says why it is empty.
 #[test]
 fn panels_without_data_say_so() {
     for series in [Vec::new(), vec![(0.0, f64::NAN)], vec![(f64::NAN, 0.0)]] {
@@ -180,6 +185,7 @@ fn panels_without_data_say_so() {
     );
 }
 
+/// A figure without panels is refused by name.
 #[test]
 fn a_figure_without_panels_is_an_error_with_its_name() {
     let error = Figure::new("azimuth", "", Axis::new("", ""))
@@ -188,6 +194,7 @@ fn a_figure_without_panels_is_an_error_with_its_name() {
     assert_eq!(error.to_string(), "figure azimuth: it has no panels");
 }
 
+/// No range, however small, large or empty, gives numbers that cannot be read.
 #[test]
 fn degenerate_ranges_have_sensible_axes() {
     let values = [
@@ -239,6 +246,7 @@ fn degenerate_ranges_have_sensible_axes() {
     }
 }
 
+/// A curve that leaves its panel ends there, and is not pressed flat against the frame.
 #[test]
 fn what_is_beyond_a_fixed_range_is_not_drawn_outside_the_panel() {
     let series = Series::new("a", vec![(0.0, -100.0), (1.0, 100.0), (2.0, -100.0)]);
@@ -256,6 +264,7 @@ fn what_is_beyond_a_fixed_range_is_not_drawn_outside_the_panel() {
     );
 }
 
+/// The size of a picture is bound by its width, not by its data.
 #[test]
 fn a_million_points_make_a_small_picture() {
     let points: Vec<_> = (0..1_000_000)
@@ -264,6 +273,7 @@ fn a_million_points_make_a_small_picture() {
     assert!(svg(&figure(panel().series(Series::new("a", points)))).len() < 100_000);
 }
 
+/// Every value comes back to the last bit, whatever the text beside it.
 #[test]
 fn csv_gives_every_value_back() {
     let points = vec![
@@ -327,6 +337,7 @@ fn csv_gives_every_value_back() {
     assert_eq!(rows[6], ["w", "vertical", "here", "2.0", "", "", "", ""]);
 }
 
+/// The names of JSON are those of the documentation.
 #[test]
 fn a_figure_is_json_too() {
     let json = serde_json::to_value(figure(
@@ -358,8 +369,10 @@ fn ticks_stand_at_their_values() {
     );
 
     let ticks = |class: &str, value: &dyn Fn(f64) -> f64, wanted: &str, at: &str| {
-        let group = of_class(&document, class)[0];
+        let groups = of_class(&document, class);
+        let group = groups.iter().find(|node| node.tag_name().name() == "g");
         let texts = group
+            .expect("a group of numbers")
             .children()
             .filter(|node| node.attribute(at).is_some())
             .filter_map(|node| {
@@ -490,7 +503,7 @@ fn kinds_of_lines_have_their_dashes() {
                 .collect::<Vec<_>>(),
             [Some(class)]
         );
-        assert_eq!(class.split(' ').find_map(|class| dash(class)), dashes);
+        assert_eq!(class.split(' ').find_map(dash), dashes);
         let samples = of_class(&document, "sample");
         assert_eq!(samples.len(), 1);
         assert!(
@@ -546,9 +559,9 @@ fn everything_is_cut_at_the_frame() {
     let markers = of_class(&document, "c1")
         .into_iter()
         .flat_map(|group| group.children());
-    let markers = markers.filter(|node| node.attribute("class") == Some("point"));
+    let mut markers = markers.filter(|node| node.attribute("class") == Some("point"));
     let path = markers
-        .last()
+        .next_back()
         .and_then(|node| node.attribute("d"))
         .expect("markers");
     let at = path
