@@ -107,6 +107,39 @@ pub(crate) fn thinned(run: &[Point], window: &Window, columns: usize) -> Vec<Poi
     out
 }
 
+/// The same line in fewer points (Ramer, 1972; Douglas and Peucker, 1973): none that is left out is further than `tolerance` from it.
+pub(crate) fn simplified(line: &[Point], tolerance: f64) -> Vec<Point> {
+    let mut keep = vec![false; line.len()];
+    let mut open = vec![(0, line.len().saturating_sub(1))];
+    while let Some((from, to)) = open.pop() {
+        for end in [from, to] {
+            if let Some(keep) = keep.get_mut(end) {
+                *keep = true;
+            }
+        }
+        let far = (from + 1..to).map(|i| (i, distance(line[i], line[from], line[to])));
+        let farthest = far.max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((middle, _)) = farthest.filter(|(_, far)| *far > tolerance) {
+            open.extend([(from, middle), (middle, to)]);
+        }
+    }
+    let kept = line.iter().zip(keep).filter(|(_, keep)| *keep);
+    kept.map(|(point, _)| *point).collect()
+}
+
+/// From a point to a segment.
+fn distance(point: Point, a: Point, b: Point) -> f64 {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let (px, py) = (point.0 - a.0, point.1 - a.1);
+    let square = dx * dx + dy * dy;
+    let share = if square > 0.0 {
+        ((px * dx + py * dy) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (px - share * dx).hypot(py - share * dy)
+}
+
 /// A band within the window: its outline along the lower edge and back along the upper.
 pub(crate) fn outline(run: &[Span], window: &Window, columns: usize) -> Option<Vec<Point>> {
     let mut spans: Vec<Span> = Vec::new();
@@ -238,6 +271,31 @@ mod tests {
             (thin[0], thin[thin.len() - 1]),
             (run[0], run[run.len() - 1])
         );
+    }
+
+    /// Corners stay, what lies between them on a line goes, and nothing that went is further away than allowed.
+    #[test]
+    fn a_simplified_line_stays_close() {
+        let corner: Vec<_> = (0..=20)
+            .map(|i| (f64::from(i), (f64::from(i) - 10.0).abs()))
+            .collect();
+        let corners = [(0.0, 10.0), (10.0, 0.0), (20.0, 10.0)];
+        assert_eq!(simplified(&corner, 0.1), corners);
+        let wave: Vec<_> = (0..4000)
+            .map(|i| f64::from(i) * 0.2)
+            .map(|x| (x, 50.0 * (x * 0.1).sin()))
+            .collect();
+        let few = simplified(&wave, 0.1);
+        // At the crests a chord with a rise of 0.1 is 1.26 long, that is 6 points; halving may leave half of that.
+        assert!(few.len() <= wave.len() / 3, "{}", few.len());
+        let near = |point: &Point| {
+            few.windows(2)
+                .any(|pair| distance(*point, pair[0], pair[1]) <= 0.1)
+        };
+        assert!(wave.iter().all(near));
+        for short in [&wave[..0], &wave[..1], &wave[..2]] {
+            assert_eq!(simplified(short, 0.1), short);
+        }
     }
 
     /// A band is held to its window without losing corners within.

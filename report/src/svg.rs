@@ -17,6 +17,8 @@ pub(crate) const STYLE: &str = include_str!("figure.css");
 /// Columns of the window a curve is thinned to, and a curve that is one of many.
 const COLUMNS: usize = 1000;
 const COLUMNS_THIN: usize = 400;
+/// How far from a line a point may be that is left out: what rounding costs in any case.
+const TOLERANCE: f64 = 0.1;
 /// Distance of the markers of a curve.
 const MARKERS_EVERY: f64 = 110.0;
 
@@ -36,7 +38,7 @@ pub(crate) fn svg(figure: &Figure, style: Option<&str>) -> Result<Markup, Error>
     let [name, caption] = [name, &figure.caption].map(|text| clean(text));
     let panels = figure.panels.iter().zip(&plan.panels).enumerate();
     Ok(html! {
-        svg xmlns="http://www.w3.org/2000/svg" viewBox={ "0 0 " (WIDTH) " " (plan.height) } role="img" aria-label=(name) class="chart" {
+        svg xmlns="http://www.w3.org/2000/svg" viewBox={ "0 0 " (WIDTH) " " (plan.height) } role="img" aria-label=(name) class={ "chart" @if plan.height > WIDTH { " tall" } } {
             title { (name) }
             @if !caption.is_empty() { desc { (caption) } }
             @if let Some(style) = style { style { (PreEscaped(style)) } }
@@ -174,7 +176,7 @@ fn band_markup(band: &Band, frame: &Frame, log: bool) -> Markup {
     html! {
         g class=(palette::class(band.colour)) {
             @for outline in outlines {
-                polygon class="band" points=(list(&placed(&outline, frame))) {}
+                polygon class="band" points=(list(&smooth(&outline, frame))) {}
             }
         }
     }
@@ -185,6 +187,11 @@ fn placed(points: &[Point], frame: &Frame) -> Vec<Point> {
     let mut places: Vec<_> = points.iter().map(|point| frame.at(*point)).collect();
     places.dedup();
     places
+}
+
+/// A line in the picture, with no more points than the eye can tell.
+fn smooth(line: &[Point], frame: &Frame) -> Vec<Point> {
+    curve::simplified(&placed(line, frame), TOLERANCE)
 }
 
 /// Pieces of a series that are seen, in the picture.
@@ -199,7 +206,7 @@ fn pieces(series: &Series, points: &[Point], frame: &Frame) -> Vec<Vec<Point>> {
             Line::Steps => curve::cut(&curve::stairs(&run), &frame.window),
             _ => curve::cut(&run, &frame.window),
         })
-        .map(|piece| placed(&curve::thinned(&piece, &frame.window, columns), frame))
+        .map(|piece| smooth(&curve::thinned(&piece, &frame.window, columns), frame))
         .collect()
 }
 
