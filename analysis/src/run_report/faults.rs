@@ -19,7 +19,7 @@ pub struct Fault {
 }
 
 /// The faults in the order of their times, and how many more there are.
-pub fn faults(run: &Run) -> (Vec<Fault>, u64) {
+pub fn faults(run: &GatheredRun) -> (Vec<Fault>, u64) {
     let mut faults = Vec::new();
     let mut more = run.history.more_phases;
     for stream in &run.streams {

@@ -20,7 +20,7 @@ use crate::estimation::filter::InitialUncertainty;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{NoiseReading, Ship};
-use crate::studies::monte_carlo::paper_uncertainty;
+use crate::studies::paper;
 
 /// What degrees and bounds depend on beside the program.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +43,7 @@ impl Default for Setting {
         Self {
             ship: Ship::default(),
             duration_s: 4.0 * 3600.0,
-            initial: paper_uncertainty(),
+            initial: paper::initial_uncertainty(),
             noise: NoiseReading::D.density(),
             velocity_sigma_m_s: 0.01,
         }
