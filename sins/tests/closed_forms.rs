@@ -202,8 +202,8 @@ fn the_bound_is_an_independent_prototypes() {
         let ours = bound_after_4_h(scheme, table, noise);
         for (state, printed) in expected.split(' ').enumerate() {
             let theirs: f64 = printed.parse().unwrap();
-            let digits = printed.split('.').nth(1).map_or(0, str::len) as i32;
-            let tolerance = 0.02 * theirs + 0.5 * 10f64.powi(-digits);
+            let digits = printed.split('.').nth(1).map_or(0, str::len);
+            let tolerance = 0.02 * theirs + 0.5 / 10f64.powf(digits as f64);
             assert!(
                 (ours[state] - theirs).abs() < tolerance,
                 "{} {noise:?}, state {state}: {} against {theirs}",

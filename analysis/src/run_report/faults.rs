@@ -2,7 +2,7 @@
 
 use sins::time::Stamp;
 
-use super::{estimates::phase_name, gather::Run, verdict::plural};
+use super::{estimates::phase_name, gather::GatheredRun, verdict::plural};
 
 /// Lines that are listed.
 const LISTED: usize = 100;

@@ -11,7 +11,7 @@ use sins::{
 
 use super::{
     estimates::{PhaseChange, Point, phase_name},
-    gather::Run,
+    gather::GatheredRun,
     scheme::RecordedStep,
 };
 

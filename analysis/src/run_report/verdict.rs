@@ -9,7 +9,7 @@ use sins::{
 
 use super::{
     estimates::{Point, phase_name},
-    gather::Run,
+    gather::GatheredRun,
 };
 
 /// How many sigmas an estimate may be off the truth.
