@@ -13,7 +13,7 @@ use clap::Args;
 use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
 use ros2_interfaces::{builtin_interfaces::Time, rosgraph_msgs::Clock};
 
-use crate::{output, progress::Progress};
+use crate::{output, progress::SecondsBar};
 
 /// A message waits for room this long before it is given up.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -336,7 +336,7 @@ impl<'b> Player<'b> {
             .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
         let length = (length - options.start_offset.unwrap_or(0.0))
             .min(options.duration.unwrap_or(f64::INFINITY));
-        let progress = Progress::new("playing", length);
+        let progress = SecondsBar::new("playing", length);
         self.send_latched(selection).await;
         let mut messages = self.bag.messages(selection);
         let mut beginning: Option<(u64, Instant)> = None;
