@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use ros_node::{Node, NodeBuilder, Parameter, Qos};
+use ros_node::{Node, NodeBuilder, Parameter, Published, Qos};
 use ros2_client::rcl_interfaces as rcl;
 use rotary_sins_msgs::builtin_interfaces::Time;
 use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, KeyValue};
@@ -103,9 +103,10 @@ async fn inner_messages() {
         );
     }
     for k in 0..500 {
-        assert!(reliable.publish(key_value("reliable", k)));
+        assert_eq!(reliable.publish(key_value("reliable", k)), Published::Sent);
         if k < 50 {
-            assert!(best_effort.publish(key_value("best effort", k)));
+            let published = best_effort.publish(key_value("best effort", k));
+            assert_eq!(published, Published::Sent);
         }
     }
     let mut received = Vec::new();
@@ -145,7 +146,15 @@ async fn inner_latched() {
     let latched = sender
         .publisher::<KeyValue>("calibration", Qos::latched(1))
         .unwrap();
-    latched.publish(key_value("k", 7));
+    assert_eq!(latched.publish(key_value("k", 7)), Published::Kept);
+    let volatile = sender
+        .publisher::<KeyValue>("nobody/listens", Qos::reliable(1))
+        .unwrap();
+    assert_eq!(volatile.publish(key_value("k", 7)), Published::Unheard);
+    assert_eq!(
+        volatile.publish_if_heard(|| unreachable!("nobody listens")),
+        Published::Unheard
+    );
     let clock = sender
         .publisher::<Clock>("/clock", Qos::reliable(10))
         .unwrap();
@@ -159,12 +168,13 @@ async fn inner_latched() {
     assert_eq!(message.value, "7");
     assert!(clock.wait_for_subscribers(1, LONG).await);
     assert_eq!(receiver.now_nanos(), 0);
-    clock.publish(Clock {
+    let published = clock.publish(Clock {
         clock: Time {
             sec: 12,
             nanosec: 5,
         },
     });
+    assert_eq!(published, Published::Sent);
     tokio::time::timeout(LONG, receiver.clock().wait_until_known())
         .await
         .unwrap();
