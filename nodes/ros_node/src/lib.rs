@@ -95,7 +95,6 @@ mod ros_args;
 mod run;
 mod service;
 mod shutdown;
-mod stream_monitor;
 mod subscription;
 mod supervisor;
 mod type_description;
