@@ -53,6 +53,7 @@ async fn counter(node: Node) -> Result<(), ros_node::Error> {
             message: "hello".to_owned(),
         }
     })?;
+    let mut heard = node.subscription::<KeyValue>("in", Qos::reliable(10))?;
     let statistics = publisher.statistics();
     node.diagnostics().add("counter", move || {
         Report::ok("counting").with("published", statistics.published())
@@ -84,6 +85,10 @@ async fn counter(node: Node) -> Result<(), ros_node::Error> {
                     "hangs" => std::mem::forget(ending),
                     _ => ending.done(),
                 }
+            }
+            message = heard.recv() => {
+                tracing::info!("heard {}", message.value);
+                continue;
             }
             () = node.clock().sleep(period) => {}
         }

@@ -61,11 +61,14 @@
 //!
 //! # Known limits
 //! - After `cleanup` of a managed node, or where a program drops an endpoint, Fast DDS goes on listing it until the
-//!   process ends: RustDDS 0.15 disposes of endpoints by serialized key, which Fast DDS does not read. (Of whole
-//!   participants this crate takes leave itself.)
+//!   process ends: RustDDS 0.15 disposes of endpoints by serialized key, which Fast DDS does not read
+//!   (`upstream/rustdds-key-hash.md`). Of whole participants this crate takes leave itself.
 //! - After SIGSTOP and SIGCONT (Ctrl-Z and `fg`, a debugger) RustDDS's event loops end with "Interrupted system call":
-//!   the process lives on and hears nothing. Restart it.
-//! - The hash of a type in discovery is invalid (`ros2 topic info -v`); `~/get_type_description` has it right.
+//!   the process lives on and hears nothing (`upstream/rustdds-eintr.md`). Restart it.
+//! - The hash of a type in discovery is invalid (`ros2 topic info -v`, `upstream/rustdds-type-hash.md`);
+//!   `~/get_type_description` has it right.
+//! - A long-lived Fast DDS participant may miss endpoints that are made many at a time
+//!   (`upstream/rustdds-sedp-timestamp.md`).
 //! - ros2-client keeps a writer of `/parameter_events` of its own, which never writes: tools count two.
 //! - The discovery range `OFF` and DDS security are refused.
 
