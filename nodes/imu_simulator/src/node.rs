@@ -38,7 +38,7 @@ struct Inputs {
 
 /// What the diagnostics tell.
 #[derive(Debug, Default)]
-struct Progress {
+struct SimulatedTime {
     simulated_nanos: AtomicI64,
     started: AtomicU64,
     refused: AtomicU64,
@@ -56,7 +56,7 @@ pub async fn main(node: Node) -> Result<()> {
     let mut outputs = Outputs::new(&node, &settings)?;
     let trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
     let follower = Follower::new(&node)?;
-    let progress = Arc::new(Progress::default());
+    let progress = Arc::new(SimulatedTime::default());
     diagnose(&node, &progress, &settings);
     let mut endings = node.endings(ENDING);
     tokio::select! {
@@ -119,7 +119,7 @@ async fn simulate(
     outputs: &mut Outputs,
     inputs: &mut Inputs,
     settings: &Settings,
-    progress: &Progress,
+    progress: &SimulatedTime,
 ) {
     let Inputs {
         trajectories,
@@ -209,7 +209,7 @@ async fn active(node: &Node, endings: &mut Endings) {
 }
 
 /// Hands a trajectory to the table, or says why not. Says whether the table took it.
-fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Progress) -> bool {
+fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &SimulatedTime) -> bool {
     let refuse = |reason: String| {
         progress.refused.fetch_add(1, Ordering::Relaxed);
         tracing::warn!("{TRAJECTORY}: refused: {reason}");
@@ -239,7 +239,7 @@ fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Prog
     true
 }
 
-fn diagnose(node: &Node, progress: &Arc<Progress>, settings: &Settings) {
+fn diagnose(node: &Node, progress: &Arc<SimulatedTime>, settings: &Settings) {
     let progress = Arc::clone(progress);
     let wanted = settings.speed;
     let mut last = (Instant::now(), 0_i64);
