@@ -85,6 +85,7 @@ async fn counter(node: Node) -> Result<(), ros_node::Error> {
                     "hangs" => std::mem::forget(ending),
                     _ => ending.done(),
                 }
+                continue;
             }
             message = heard.recv() => {
                 tracing::info!("heard {}", message.value);
