@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use ros2_interfaces::Registry;
+
 use crate::environment::Environment;
 use crate::error::{Error, Result};
 use crate::lifecycle::LIFECYCLE_AUTOSTART;
@@ -27,6 +29,7 @@ pub struct NodeBuilder {
     workers: usize,
     managed: bool,
     limits: Limits,
+    types: Registry,
 }
 
 /// Everything that can be wrong before DDS comes in, checked.
@@ -39,6 +42,7 @@ pub(crate) struct Startup {
     pub(crate) environment: Environment,
     pub(crate) managed: bool,
     pub(crate) limits: Limits,
+    pub(crate) types: Registry,
 }
 
 impl NodeBuilder {
@@ -55,6 +59,7 @@ impl NodeBuilder {
                 ending: Some(ENDING),
                 configuring: CONFIGURING,
             },
+            types: Registry::new(),
         }
     }
 
@@ -95,6 +100,14 @@ impl NodeBuilder {
             Parameter::new(LIFECYCLE_AUTOSTART, true)
                 .describe("come up active; false: wait, unconfigured, for a lifecycle manager"),
         )
+    }
+
+    /// Types that the node knows besides those of its own publishers and subscriptions, for `~/get_type_description`:
+    /// for nodes that carry messages of types that they learn at run time.
+    #[must_use]
+    pub fn types(mut self, types: Registry) -> Self {
+        self.types = types;
+        self
     }
 
     /// Its parameters with their defaults.
@@ -176,6 +189,7 @@ impl NodeBuilder {
             environment,
             managed: self.managed,
             limits: self.limits,
+            types: self.types,
         })
     }
 

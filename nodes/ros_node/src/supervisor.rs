@@ -5,7 +5,7 @@ use std::future::Future;
 use std::pin::{Pin, pin};
 use std::time::Duration;
 
-use rotary_sins_msgs::lifecycle_msgs::{State, Transition};
+use ros2_interfaces::lifecycle_msgs::{State, Transition};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::Instant;

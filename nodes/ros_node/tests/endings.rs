@@ -9,12 +9,12 @@ use std::time::Duration;
 
 use common::{LONG, isolated, minimal, run_inner, start};
 use ros_node::{ActionClient, ActionServer, Client, GoalNews, GoalStatus, Node, Published, Qos};
-use rotary_sins_msgs::control_msgs::{
+use ros2_interfaces::control_msgs::{
     FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryFeedback as Feedback,
     FollowJointTrajectoryGoal as Goal, FollowJointTrajectoryResult as Outcome,
 };
-use rotary_sins_msgs::diagnostic_msgs::KeyValue;
-use rotary_sins_msgs::lifecycle_msgs::{ChangeStateRequest, ChangeStateResponse, Transition};
+use ros2_interfaces::diagnostic_msgs::KeyValue;
+use ros2_interfaces::lifecycle_msgs::{ChangeStateRequest, ChangeStateResponse, Transition};
 
 /// The example under way, line by line.
 struct Running {

@@ -6,7 +6,7 @@ use analysis::{Notes, SensorSource};
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
-use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
+use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{
     earth::Position,
     table::{Axis, Turntable},

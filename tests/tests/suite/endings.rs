@@ -4,7 +4,7 @@
 use std::process::Command;
 use std::time::Duration;
 
-use rotary_sins_msgs::sensor_msgs::JointState;
+use ros2_interfaces::sensor_msgs::JointState;
 use suite_tests::{Program, Scene, isolated, messages, repository, rotary_sins, skip};
 
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -2,7 +2,7 @@
 
 use futures::stream::FuturesUnordered;
 use futures::{FutureExt, StreamExt};
-use rotary_sins_msgs::lifecycle_msgs::{
+use ros2_interfaces::lifecycle_msgs::{
     ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableStatesResponse,
     GetAvailableTransitionsResponse, GetStateResponse, TransitionEvent,
 };

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use ros2_client::{Context, NodeName, NodeOptions};
+use ros2_interfaces::Registry;
 use rustdds::DomainParticipant;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
@@ -37,6 +38,7 @@ struct Shared {
     identity: NodeIdentity,
     original_name: String,
     remaps: Vec<RemapRule>,
+    types: Arc<Mutex<Registry>>,
     arguments: Vec<String>,
     parameters: Parameters,
     ros: Arc<Mutex<ros2_client::Node>>,
@@ -101,6 +103,7 @@ impl Node {
             environment,
             managed,
             limits: _,
+            types,
         } = startup;
         let creating = |what: String| {
             move |error: &dyn std::fmt::Display| Error::Create {
@@ -125,6 +128,7 @@ impl Node {
                 identity,
                 original_name,
                 remaps: ros_args.remaps,
+                types: Arc::new(Mutex::new(types)),
                 arguments: ros_args.others,
                 parameters,
                 participant: participant.clone(),
