@@ -173,7 +173,7 @@ async fn send(
         state.name = vec!["outer_joint".into(), "inner_joint".into()];
         state.position = vec![0.0; 2];
         state.velocity = vec![0.0; 2];
-        joints.publish(state);
+        joints.publish(state).left_to_diagnostics();
         let mut sample = Imu::default();
         sample.header.stamp = stamp;
         sample.header.frame_id = "imu_link".into();
@@ -182,7 +182,7 @@ async fn send(
         sample.angular_velocity_covariance = [1e-12, 0.0, 0.0, 0.0, 1e-12, 0.0, 0.0, 0.0, 1e-12];
         sample.linear_acceleration_covariance = [1e-6, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1e-6];
         let _ = departures.send((nanos, Instant::now()));
-        imu.publish(sample);
+        imu.publish(sample).left_to_diagnostics();
         if count == 10 {
             earlier = stamp;
         }
@@ -195,7 +195,7 @@ async fn send(
             message.attitude.w = 1.0;
             message.latitude_deg = 45.78;
             message.longitude_deg = 126.67;
-            calibration.publish(message);
+            calibration.publish(message).left_to_diagnostics();
         }
     }
 }

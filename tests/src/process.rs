@@ -11,6 +11,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::executables::executable;
 
+/// Time of a process to end after a signal: a table that turns is stopped first, and a busy machine takes its time.
+const ENDING: Duration = Duration::from_secs(20);
 /// Lines of a log that a failed test shows.
 const TAIL: usize = 30;
 
@@ -212,7 +214,7 @@ impl Running {
     /// SIGINT, and the status it ends with.
     pub fn end(&mut self) -> ExitStatus {
         self.signal(Signal::INT);
-        self.wait(Duration::from_secs(5))
+        self.wait(ENDING)
     }
 
     fn signal(&self, signal: Signal) {

@@ -58,7 +58,14 @@ impl Follower {
     /// A name that is none, or a middleware that refuses.
     pub fn new(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
-            server: node.action_server(ACTION, FOLLOW_JOINT_TRAJECTORY)?,
+            server: node.action_server(
+                ACTION,
+                FOLLOW_JOINT_TRAJECTORY,
+                outcome(
+                    Outcome::INVALID_GOAL,
+                    "given up: the table's node ends".to_owned(),
+                ),
+            )?,
             active: None,
         })
     }
@@ -97,6 +104,16 @@ impl Follower {
             active.handle.canceled(&outcome(Outcome::SUCCESSFUL, why));
         }
         (started, refused)
+    }
+
+    /// Before the node stops being active: the goal ends, and the table with it as soon as time goes on.
+    pub fn give_up(&mut self, simulator: &mut Simulator, why: &str) {
+        if let Some(active) = self.active.take() {
+            stop(simulator);
+            tracing::info!("{ACTION}: given up: {why}");
+            let why = format!("given up: {why}");
+            active.handle.abort(&outcome(Outcome::INVALID_GOAL, why));
+        }
     }
 
     /// Something else moves the table from now on.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use ros_node::{Level, Node, Qos, Report, Subscription};
+use ros_node::{Endings, Level, Node, Qos, Report, Subscription};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
 use sins::simulation::Simulator;
@@ -27,6 +27,16 @@ const MATCH_SETTLE: Duration = Duration::from_millis(500);
 /// Time in which the last samples are acknowledged before the node ends.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
+/// Time to give a goal up: it needs none.
+const ENDING: Duration = Duration::from_secs(3);
+
+/// What moves the table and what ends it.
+struct Inputs {
+    trajectories: Subscription<JointTrajectory>,
+    follower: Follower,
+    endings: Endings,
+}
+
 /// What the diagnostics tell.
 #[derive(Debug, Default)]
 struct SimulatedTime {
@@ -45,20 +55,34 @@ pub async fn main(node: Node) -> Result<()> {
     let waits = wait_list::parse(&settings.wait_for, &TOPICS)?;
     let mut simulator = Simulator::new(settings.simulator)?;
     let mut outputs = Outputs::new(&node, &settings)?;
-    let mut trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
-    let mut follower = Follower::new(&node)?;
+    let trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
+    let follower = Follower::new(&node)?;
     let progress = Arc::new(SimulatedTime::default());
     diagnose(&node, &progress, &settings);
+    let mut endings = node.endings(ENDING);
     tokio::select! {
         outcome = wait_for_all(&waits, settings.wait_timeout, &outputs, &trajectories) => outcome?,
+        () = nothing_under_way(&mut endings) => {}
         () = node.shutdown() => return Ok(()),
     }
     node.set_ready();
+    let mut inputs = Inputs {
+        trajectories,
+        follower,
+        endings,
+    };
     tokio::select! {
-        () = simulate(&node, &mut simulator, &mut outputs, &mut trajectories, &mut follower, &settings, &progress) => {}
+        () = simulate(&node, &mut simulator, &mut outputs, &mut inputs, &settings, &progress) => {}
         () = node.shutdown() => {}
     }
     Ok(())
+}
+
+/// Who asks for an end before anything moves finds everything in order. Never completes.
+async fn nothing_under_way(endings: &mut Endings) {
+    loop {
+        endings.next().await.done();
+    }
 }
 
 async fn wait_for_all(
@@ -94,12 +118,16 @@ async fn simulate(
     node: &Node,
     simulator: &mut Simulator,
     outputs: &mut Outputs,
-    trajectories: &mut Subscription<JointTrajectory>,
-    follower: &mut Follower,
+    inputs: &mut Inputs,
     settings: &Settings,
     progress: &SimulatedTime,
 ) {
-    node.active().await;
+    let Inputs {
+        trajectories,
+        follower,
+        endings,
+    } = inputs;
+    active(node, endings).await;
     let begin = simulator.plant().now();
     let end = (settings.duration_s > 0.0)
         .then(|| begin.plus_nanos(seconds_to_nanos(settings.duration_s)));
@@ -113,7 +141,7 @@ async fn simulate(
     );
     loop {
         // Simulated time stands still while the node is not active; the pacer forgives it.
-        node.active().await;
+        active(node, endings).await;
         while let Some(message) = trajectories.try_recv() {
             if command(simulator, &message, progress) {
                 follower.replaced_by("a trajectory of the topic");
@@ -152,10 +180,32 @@ async fn simulate(
             next_clock = Instant::now() + CLOCK_PERIOD;
         }
         pacer.forgive(Instant::now(), simulator.next_stamp().nanos());
-        match pacer.due(simulator.next_stamp().nanos()) {
-            Some(due) => tokio::time::sleep_until(due.into()).await,
-            None => tokio::task::yield_now().await,
+        let ending = if let Some(due) = pacer.due(simulator.next_stamp().nanos()) {
+            tokio::select! {
+                biased;
+                ending = endings.next() => Some(ending),
+                () = tokio::time::sleep_until(due.into()) => None,
+            }
+        } else {
+            tokio::task::yield_now().await;
+            endings.try_next()
+        };
+        if let Some(ending) = ending {
+            let why = format!("the table's node {}", ending.purpose().verb());
+            follower.give_up(simulator, &why);
+            ending.done();
+            // The gate closes, or the node ends, before another sample.
+            tokio::task::yield_now().await;
         }
+    }
+}
+
+/// Waits until the node is active. Meanwhile nothing moves.
+async fn active(node: &Node, endings: &mut Endings) {
+    tokio::select! {
+        biased;
+        () = node.active() => {}
+        () = nothing_under_way(endings) => {}
     }
 }
 

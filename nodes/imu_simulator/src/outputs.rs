@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use ros_node::{Node, Publisher, Qos};
+use ros_node::{Node, Published, Publisher, Qos};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::rosgraph_msgs::Clock;
@@ -60,8 +60,8 @@ impl Patience {
         }
     }
 
-    fn learn(&mut self, delivered: bool) {
-        self.exhausted = !delivered;
+    fn learn(&mut self, published: Published) {
+        self.exhausted = matches!(published, Published::Refused { .. });
     }
 }
 
@@ -135,7 +135,7 @@ impl Outputs {
         let plant = simulator.plant();
         let errors = &simulator.imu_errors().errors;
         let truth = Calibration::ground_truth(plant.now(), errors, plant.attitude(), plant.ship());
-        self.calibration.publish(truth);
+        self.calibration.publish(truth).left_to_diagnostics();
         self.publish_clock(plant.now());
         self.publish_joints(&simulator.first_joints()).await;
     }
@@ -143,41 +143,49 @@ impl Outputs {
     /// Everything of one sampling interval.
     pub async fn publish(&mut self, tick: &Tick, simulator: &Simulator) {
         let imu = imu_from_sample(&tick.imu, "imu_link");
-        let delivered = self.imu.publish_within(imu, self.imu_patience.now()).await;
-        self.imu_patience.learn(delivered);
+        let published = self.imu.publish_within(imu, self.imu_patience.now()).await;
+        self.imu_patience.learn(published);
         if let Some(joints) = &tick.joints {
             self.publish_joints(joints).await;
         }
         if let (Some(publisher), Some(velocity)) = (&self.velocity, &tick.velocity) {
-            publisher.publish_if_heard(|| velocity.to_message());
+            publisher
+                .publish_if_heard(|| velocity.to_message())
+                .left_to_diagnostics();
         }
         if let Some(position) = &tick.position {
-            self.fix.publish(position.to_message());
-            self.odometry.publish_if_heard(|| {
-                let plant = simulator.plant();
-                odometry_of_block(
-                    tick.truth.stamp,
-                    plant.attitude(),
-                    plant.ship().velocity,
-                    plant.block_rate(),
-                )
-            });
+            self.fix
+                .publish(position.to_message())
+                .left_to_diagnostics();
+            self.odometry
+                .publish_if_heard(|| {
+                    let plant = simulator.plant();
+                    odometry_of_block(
+                        tick.truth.stamp,
+                        plant.attitude(),
+                        plant.ship().velocity,
+                        plant.block_rate(),
+                    )
+                })
+                .left_to_diagnostics();
         }
     }
 
     /// Tells the simulated time.
     pub fn publish_clock(&self, now: Stamp) {
-        self.clock.publish_if_heard(|| Clock {
-            clock: now.to_message(),
-        });
+        self.clock
+            .publish_if_heard(|| Clock {
+                clock: now.to_message(),
+            })
+            .left_to_diagnostics();
     }
 
     async fn publish_joints(&mut self, joints: &JointSample) {
-        let delivered = self
+        let published = self
             .joints
             .publish_within(joints.to_message(), self.joints_patience.now())
             .await;
-        self.joints_patience.learn(delivered);
+        self.joints_patience.learn(published);
     }
 }
 
@@ -189,9 +197,9 @@ mod tests {
     #[test]
     fn patience_ends_and_returns() {
         let mut patience = Patience::new(Duration::from_secs(5));
-        patience.learn(false);
+        patience.learn(Published::Refused { dropped: 1 });
         assert_eq!(patience.now(), Duration::ZERO);
-        patience.learn(true);
+        patience.learn(Published::Sent);
         assert_eq!(patience.now(), Duration::from_secs(5));
     }
 }

@@ -37,26 +37,37 @@ pub fn declarations() -> Vec<Parameter> {
 }
 
 /// Open outputs and what goes to them.
-#[derive(Debug)]
 pub struct Instruments {
     outputs: Vec<Output>,
     sentences: Vec<Sentence>,
     talker: String,
     /// Seconds without a solution.
     idle: u32,
-    simulated: bool,
+    /// Whether the time is simulated; it may change while the node runs.
+    is_simulated: Box<dyn Fn() -> bool + Send>,
     sent: u64,
     failed: u64,
     last_failure: Option<String>,
 }
 
+impl std::fmt::Debug for Instruments {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Instruments")
+            .field("outputs", &self.outputs)
+            .finish_non_exhaustive()
+    }
+}
+
 impl Instruments {
-    /// Opens what the parameters name; `None` where they name nothing. `simulated`: the time is simulated, and the sentences
+    /// Opens what the parameters name; `None` where they name nothing. As long as `is_simulated` the time is, the sentences
     /// say so.
     ///
     /// # Errors
     /// One line with the parameter, what it is and what was expected.
-    pub fn open(parameters: &Parameters, simulated: bool) -> anyhow::Result<Option<Self>> {
+    pub fn open(
+        parameters: &Parameters,
+        is_simulated: impl Fn() -> bool + Send + 'static,
+    ) -> anyhow::Result<Option<Self>> {
         let text = |name: &str| parameters.get::<String>(name);
         let (udp, serial) = (text("nmea_udp")?, text("nmea_serial")?);
         let names: Vec<String> = parameters.get("nmea_sentences")?;
@@ -92,7 +103,7 @@ impl Instruments {
             sentences,
             talker,
             idle: 0,
-            simulated,
+            is_simulated: Box::new(is_simulated),
             sent: 0,
             failed: 0,
             last_failure: None,
@@ -101,7 +112,7 @@ impl Instruments {
 
     /// Sends what a solution says.
     pub fn send(&mut self, motion: Motion) {
-        let quality = if self.simulated {
+        let quality = if (self.is_simulated)() {
             Quality::Simulated
         } else {
             motion.quality
@@ -175,5 +186,52 @@ pub fn ship_motion(stamp: Stamp, solution: &Solution, motion: &VehicleMotion) ->
         turn_rate_rad_s: -(solution.base_link * motion.angular_rate).z,
         sigma_rad: [sigma.heading, sigma.roll, sigma.pitch],
         quality: Quality::Valid,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::net::UdpSocket;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+    use ros_node::Value;
+
+    /// Sentences say that the time is simulated exactly as long as it is, however often that changes.
+    #[test]
+    fn the_quality_follows_the_clock() {
+        let ear = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let to = ear.local_addr().unwrap().to_string();
+        let mut declarations = declarations();
+        for parameter in &mut declarations {
+            let value = match parameter.name() {
+                "nmea_udp" => Value::from(to.clone()),
+                "nmea_sentences" => Value::from(vec!["GGA".to_owned()]),
+                _ => continue,
+            };
+            *parameter = Parameter::new(parameter.name(), value);
+        }
+        let parameters = Parameters::defaults(declarations).unwrap();
+        let simulated = Arc::new(AtomicBool::new(false));
+        let asked = Arc::clone(&simulated);
+        let open = Instruments::open(&parameters, move || asked.load(Ordering::Relaxed));
+        let mut instruments = open.unwrap().unwrap();
+        let mut buffer = [0; 200];
+        let mut quality = |is_simulated: bool| {
+            simulated.store(is_simulated, Ordering::Relaxed);
+            instruments.send(Motion {
+                quality: Quality::Valid,
+                ..Motion::default()
+            });
+            let length = ear.recv(&mut buffer).unwrap();
+            let line = String::from_utf8(buffer[..length].to_vec()).unwrap();
+            line.split(',').nth(6).unwrap().to_owned()
+        };
+        let (valid, as_simulated) = (quality(false), quality(true));
+        assert_eq!(as_simulated, "8");
+        assert_ne!(valid, as_simulated);
+        assert_eq!(quality(false), valid);
     }
 }

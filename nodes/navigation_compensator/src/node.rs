@@ -24,6 +24,9 @@ const OUTPUT_DEPTH: usize = 100;
 /// The same for the samples, for which the project promises as much.
 const IMU_DEPTH: usize = 1000;
 
+/// Time for the samples that wait for their joint states: they go on without.
+const ENDING: Duration = Duration::from_secs(3);
+
 /// The compensator, shared by the task and the diagnostics.
 #[derive(Clone)]
 struct Shared(Arc<Mutex<Compensator>>);
@@ -56,12 +59,16 @@ impl SolutionPublishers {
     // Eight topics at the rate of the IMU: publishing what nobody hears would be most of the node's work.
     fn publish(&self, messages: SolutionMessages) {
         if let Some(imu) = messages.imu {
-            self.imu.publish_if_heard(|| imu);
+            self.imu.publish_if_heard(|| imu).left_to_diagnostics();
         }
         if let Some((odometry, fix, velocity)) = messages.navigation {
-            self.odometry.publish_if_heard(|| odometry);
-            self.fix.publish_if_heard(|| fix);
-            self.velocity.publish_if_heard(|| velocity);
+            self.odometry
+                .publish_if_heard(|| odometry)
+                .left_to_diagnostics();
+            self.fix.publish_if_heard(|| fix).left_to_diagnostics();
+            self.velocity
+                .publish_if_heard(|| velocity)
+                .left_to_diagnostics();
         }
     }
 }
@@ -79,7 +86,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         node.publisher::<TFMessage>("/tf", Qos::reliable(OUTPUT_DEPTH))?,
         node.publisher::<TFMessage>("/tf_static", Qos::latched(1))?,
     );
-    let instruments = Instruments::open(node.parameters(), node.clock().is_simulated())?
+    let instruments = Instruments::open(node.parameters(), clock_of(&node))?
         .map(|instruments| Arc::new(Mutex::new(instruments)));
     if let Some(instruments) = &instruments {
         attend(&node, instruments);
@@ -88,10 +95,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         compensated.publish(output.compensated);
         uncompensated.publish(output.uncompensated);
         if let Some(transforms) = output.fixed_transforms {
-            fixed_frames.publish(transforms);
+            fixed_frames.publish(transforms).left_to_diagnostics();
         }
         if let Some(transforms) = output.transforms {
-            frames.publish_if_heard(|| transforms);
+            frames.publish_if_heard(|| transforms).left_to_diagnostics();
         }
         if let Some((instruments, motion)) = instruments.as_ref().zip(output.motion) {
             locked(instruments).send(motion);
@@ -106,16 +113,19 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     watch(&node, &shared);
     node.set_ready();
+    let mut endings = node.endings(ENDING);
     let mut ticks = tokio::time::interval(TICK);
     loop {
         // A joint state is worth waking up for only where a sample waits for it.
         let is_waiting = shared.lock().is_waiting();
         let (joint, sample) = tokio::select! {
             biased;
-            () = node.shutdown() => {
+            ending = endings.next() => {
                 shared.lock().flush(&mut publish);
-                return Ok(());
+                ending.done();
+                continue;
             }
+            () = node.shutdown() => return Ok(()),
             fix = fixes.recv() => {
                 shared.lock().fix(&fix);
                 continue;
@@ -144,6 +154,12 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         // Where samples are always there, nobody else on this thread would get a turn.
         tokio::task::consume_budget().await;
     }
+}
+
+/// Whether the node lives in simulated time, now and whenever it is asked.
+fn clock_of(node: &Node) -> impl Fn() -> bool + Send + 'static {
+    let clock = node.clock().clone();
+    move || clock.is_simulated()
 }
 
 fn locked(instruments: &Mutex<Instruments>) -> MutexGuard<'_, Instruments> {

@@ -33,7 +33,14 @@ fn main() -> ExitCode {
 async fn count(node: Node) -> Result<(), ros_node::Error> {
     let seconds = node.parameter::<i64>("count_to")?;
     if seconds == 0 {
-        let server = node.action_server(ACTION, FOLLOW_JOINT_TRAJECTORY)?;
+        let server = node.action_server(
+            ACTION,
+            FOLLOW_JOINT_TRAJECTORY,
+            Outcome {
+                error_code: Outcome::INVALID_GOAL,
+                error_string: "given up".to_owned(),
+            },
+        )?;
         node.set_ready();
         serve(&node, server).await;
         return Ok(());

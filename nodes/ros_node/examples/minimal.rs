@@ -27,6 +27,19 @@ fn main() -> ExitCode {
                 .describe("ends with an error as soon as it is set, to show what becomes of it")
                 .changeable(),
         )
+        .parameter(
+            Parameter::new("at_the_end", "done")
+                .one_of(&["done", "failed", "hangs", "deaf"])
+                .describe("what it does when it is asked to put things in order, to show what becomes of it; deaf: it is \
+                           well-ordered, and does not end")
+                .changeable(),
+        )
+        .parameter(
+            Parameter::new("configures", true)
+                .describe("gets ready; false: never, to show what becomes of it"),
+        )
+        .configure_within(Duration::from_secs(2))
+        .end_within(Some(Duration::from_secs(1)))
         .managed();
     ros_node::run(builder, counter)
 }
@@ -40,25 +53,54 @@ async fn counter(node: Node) -> Result<(), ros_node::Error> {
             message: "hello".to_owned(),
         }
     })?;
+    let mut heard = node.subscription::<KeyValue>("in", Qos::reliable(10))?;
     let statistics = publisher.statistics();
     node.diagnostics().add("counter", move || {
         Report::ok("counting").with("published", statistics.published())
     });
+    if !node.parameter::<bool>("configures")? {
+        std::future::pending::<()>().await;
+    }
+    let mut endings = node.endings(Duration::from_secs(1));
     node.set_ready();
     tracing::info!("publishing on {}", publisher.topic());
     assert!(!node.parameter::<bool>("panic")?, "asked to");
     for count in 0_u64.. {
         tokio::select! {
-            () = node.shutdown() => break,
+            () = node.shutdown() => {
+                if node.parameter::<String>("at_the_end")? == "deaf" {
+                    std::future::pending::<()>().await;
+                }
+                break;
+            }
+            ending = endings.next() => {
+                // Here everything still works.
+                let last = KeyValue {
+                    key: "last words".to_owned(),
+                    value: format!("{:?}", ending.purpose()),
+                };
+                tracing::info!("last words: {}", publisher.publish(last));
+                match node.parameter::<String>("at_the_end")?.as_str() {
+                    "failed" => ending.failed("asked to fail"),
+                    "hangs" => std::mem::forget(ending),
+                    _ => ending.done(),
+                }
+                continue;
+            }
+            message = heard.recv() => {
+                tracing::info!("heard {}", message.value);
+                continue;
+            }
             () = node.clock().sleep(period) => {}
         }
         if node.parameter::<bool>("fail")? {
             return Err(ros_node::Error::Argument("asked to fail".to_owned()));
         }
-        publisher.publish(KeyValue {
+        let message = KeyValue {
             key: "count".to_owned(),
             value: count.to_string(),
-        });
+        };
+        publisher.publish(message).left_to_diagnostics();
     }
     Ok(())
 }

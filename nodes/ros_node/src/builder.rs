@@ -1,6 +1,7 @@
 //! From the declarations of a node and the command line to a node that can start.
 
 use std::fmt::Write;
+use std::time::Duration;
 
 use ros2_interfaces::Registry;
 
@@ -11,6 +12,12 @@ use crate::names::{NodeIdentity, remap_node};
 use crate::node::Node;
 use crate::parameters::{HARDWARE_ID, Parameter, Parameters};
 use crate::ros_args::RosArgs;
+use crate::supervisor::Limits;
+
+/// Time of a main function from the request to end to its end.
+const ENDING: Duration = Duration::from_secs(3);
+/// Time of `configure`, where a manager waits for it.
+const CONFIGURING: Duration = Duration::from_secs(10);
 
 /// Declares a node: its name, what it is for, its parameters.
 #[derive(Clone, Debug)]
@@ -21,6 +28,7 @@ pub struct NodeBuilder {
     arguments_usage: Option<String>,
     workers: usize,
     managed: bool,
+    limits: Limits,
     types: Registry,
 }
 
@@ -33,6 +41,7 @@ pub(crate) struct Startup {
     pub(crate) parameters: Parameters,
     pub(crate) environment: Environment,
     pub(crate) managed: bool,
+    pub(crate) limits: Limits,
     pub(crate) types: Registry,
 }
 
@@ -46,6 +55,10 @@ impl NodeBuilder {
             arguments_usage: None,
             workers: 0,
             managed: false,
+            limits: Limits {
+                ending: Some(ENDING),
+                configuring: CONFIGURING,
+            },
             types: Registry::new(),
         }
     }
@@ -120,6 +133,21 @@ impl NodeBuilder {
         self
     }
 
+    /// Gives the main function so long from the request to end to its end, instead of 3 s; `None`: as long as it takes, or
+    /// until a second signal.
+    #[must_use]
+    pub fn end_within(mut self, limit: Option<Duration>) -> Self {
+        self.limits.ending = limit;
+        self
+    }
+
+    /// Lets `configure` fail where a manager asks for it and the node is not ready within this, instead of 10 s.
+    #[must_use]
+    pub fn configure_within(mut self, limit: Duration) -> Self {
+        self.limits.configuring = limit;
+        self
+    }
+
     pub(crate) fn workers(&self) -> usize {
         self.workers
     }
@@ -160,6 +188,7 @@ impl NodeBuilder {
             parameters,
             environment,
             managed: self.managed,
+            limits: self.limits,
             types: self.types,
         })
     }

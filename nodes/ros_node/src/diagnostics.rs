@@ -229,10 +229,11 @@ impl Diagnostics {
                 stamp: Time::from_nanos(clock.now_nanos()),
                 frame_id: String::new(),
             };
-            publisher.publish(DiagnosticArray {
-                header,
-                status: self.check(&node, gate.is_open()),
-            });
+            let status = self.check(&node, gate.is_open());
+            // Its own refusals are told by the next one that gets through.
+            publisher
+                .publish(DiagnosticArray { header, status })
+                .left_to_diagnostics();
         }
     }
 

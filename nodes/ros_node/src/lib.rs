@@ -43,14 +43,15 @@
 //! | parameters | [`Parameter`]; unknown keys, wrong types and values out of range are errors; read-only unless [`Parameter::changeable`] |
 //! | environment | `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`, `LOCALHOST`), `ROS_STATIC_PEERS` (IPv4) |
 //! | time | [`Clock`]; with `use_sim_time`, which may be set while the node runs, that of `/clock` (rosgraph_msgs/Clock, best effort, depth 1) |
-//! | topics | [`Publisher::publish`] never waits, [`Subscription`] hears reliable and best-effort publishers; what is dropped, lost or incompatible is counted and told |
+//! | topics | [`Publisher::publish`] never waits and says what became of the message ([`Published`]), [`Subscription`] hears reliable and best-effort publishers; what is dropped, lost or incompatible is counted and told |
+//! | queues | bounded; what overflows is counted and told ([`Overflow`]) |
 //! | actions | [`ActionServer`], [`ActionClient`]: results kept, status latched, cancels and refusals as rcl_action has them |
 //! | quality of service | overridden by parameters `qos_overrides.<topic>.<publisher or subscription>.<policy>` |
 //! | lifecycle | [`NodeBuilder::managed`]: all services, `~/transition_event`; comes up active unless [`LIFECYCLE_AUTOSTART`] is false |
 //! | types | `~/get_type_description` |
 //! | diagnostics | [`Diagnostics`] once a second; the task `topics` is built in |
 //! | log | the macros of `tracing`; `[INFO] [sec.nsec] [node]: text` on standard error, and `/rosout` |
-//! | end | SIGINT, SIGTERM, [`Node::request_shutdown`]; half a second for the node, then its endpoints leave the graph |
+//! | end | SIGINT, SIGTERM, [`Node::request_shutdown`]: first what is to be put in order ([`Endings`]), then 3 s for the main function ([`NodeBuilder::end_within`]), then its endpoints leave the graph. A main function that is dropped is a FATAL line and status 1 |
 //!
 //! The Spinner of ros2-client is not run: it subscribes `/clock` as another type. What it provides is done here
 //! (matches and incompatibilities from the participant's events), and `ros_discovery_info`, by which tools know the
@@ -60,11 +61,14 @@
 //!
 //! # Known limits
 //! - After `cleanup` of a managed node, or where a program drops an endpoint, Fast DDS goes on listing it until the
-//!   process ends: RustDDS 0.15 disposes of endpoints by serialized key, which Fast DDS does not read. (Of whole
-//!   participants this crate takes leave itself.)
+//!   process ends: RustDDS 0.15 disposes of endpoints by serialized key, which Fast DDS does not read
+//!   (`upstream/rustdds-key-hash.md`). Of whole participants this crate takes leave itself.
 //! - After SIGSTOP and SIGCONT (Ctrl-Z and `fg`, a debugger) RustDDS's event loops end with "Interrupted system call":
-//!   the process lives on and hears nothing. Restart it.
-//! - The hash of a type in discovery is invalid (`ros2 topic info -v`); `~/get_type_description` has it right.
+//!   the process lives on and hears nothing (`upstream/rustdds-eintr.md`). Restart it.
+//! - The hash of a type in discovery is invalid (`ros2 topic info -v`, `upstream/rustdds-type-hash.md`);
+//!   `~/get_type_description` has it right.
+//! - A long-lived Fast DDS participant may miss endpoints that are made many at a time
+//!   (`upstream/rustdds-sedp-timestamp.md`).
 //! - ros2-client keeps a writer of `/parameter_events` of its own, which never writes: tools count two.
 //! - The discovery range `OFF` and DDS security are refused.
 
@@ -73,6 +77,7 @@ mod builder;
 mod clock;
 pub mod diagnostics;
 mod discovery;
+mod ending;
 mod environment;
 mod error;
 mod graph;
@@ -81,17 +86,20 @@ mod lifecycle;
 mod logging;
 mod names;
 mod node;
+mod overflow;
 mod parameter_file;
 mod parameters;
 mod publisher;
 mod qos;
 mod qos_overrides;
 mod raw;
+mod replies;
 mod ros_args;
 mod run;
 mod service;
 mod shutdown;
 mod subscription;
+mod supervisor;
 mod type_description;
 mod yaml;
 
@@ -102,6 +110,7 @@ pub use actions::{
 pub use builder::NodeBuilder;
 pub use clock::Clock;
 pub use diagnostics::{Diagnostics, Level, Report};
+pub use ending::{Ending, Endings, Purpose};
 pub use environment::Environment;
 pub use error::{Error, Result};
 pub use input_watch::InputWatch;
@@ -109,8 +118,9 @@ pub use lifecycle::LIFECYCLE_AUTOSTART;
 pub use logging::fatal;
 pub use names::{NameKind, NodeIdentity, RemapRule, RemapTarget};
 pub use node::Node;
+pub use overflow::Overflow;
 pub use parameters::{FromValue, Parameter, ParameterType, Parameters, USE_SIM_TIME, Value};
-pub use publisher::{Publisher, PublisherStatistics};
+pub use publisher::{Published, Publisher, PublisherStatistics};
 pub use qos::{Qos, SENSOR_DEPTH};
 pub use raw::{DiscoveredPublisher, Payload};
 pub use ros_args::{LogLevelRule, RosArgs};

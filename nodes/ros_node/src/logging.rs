@@ -5,6 +5,7 @@
 use std::fmt::{self, Write as _};
 use std::io::Write as _;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use ros2_interfaces::builtin_interfaces::Time;
 use ros2_interfaces::rcl_interfaces::Log;
@@ -22,6 +23,7 @@ use crate::clock::system_nanos;
 const ROSOUT_BACKLOG: usize = 1000;
 
 static ROSOUT: OnceLock<mpsc::Sender<Log>> = OnceLock::new();
+static ROSOUT_OVERFLOW: AtomicU64 = AtomicU64::new(0);
 static LOGGER: OnceLock<Logger> = OnceLock::new();
 
 #[derive(Debug)]
@@ -59,6 +61,11 @@ pub fn install(name: &str, level: Level, console: bool) {
 pub(crate) fn rosout_lines() -> Option<mpsc::Receiver<Log>> {
     let (sender, receiver) = mpsc::channel(ROSOUT_BACKLOG);
     ROSOUT.set(sender).ok().map(|()| receiver)
+}
+
+/// Lines that had no room on their way to `/rosout`.
+pub(crate) fn rosout_overflow() -> u64 {
+    ROSOUT_OVERFLOW.load(Ordering::Relaxed)
 }
 
 /// A line at the level FATAL, which `tracing` does not have.
@@ -111,8 +118,10 @@ fn emit(label: &str, level: u8, msg: String, (file, function, line): (&str, &str
             function: function.to_owned(),
             line,
         };
-        // Full or closed: the line is on standard error, and a remark on that would not get further.
-        rosout.try_send(log).ok();
+        // The line is on standard error all the same, and a remark on that would not get further.
+        if rosout.try_send(log).is_err() {
+            ROSOUT_OVERFLOW.fetch_add(1, Ordering::Relaxed);
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The sending end of a topic.
 
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
@@ -10,6 +11,53 @@ use rustdds::GUID;
 
 use crate::graph::Graph;
 use crate::lifecycle::Gate;
+
+/// What became of a message.
+#[must_use = "who says that something was published must look whether it was; else `left_to_diagnostics` says who tells it"]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Published {
+    /// The middleware took it, for the subscribers that there are.
+    Sent,
+    /// Nobody subscribes now; the topic is transient local, so that it is kept for whoever comes.
+    Kept,
+    /// Nobody subscribes: it is lost.
+    Unheard,
+    /// The node is not active: nothing leaves it.
+    Inactive,
+    /// The middleware had no room for it or no way to write it.
+    Refused {
+        /// Messages of this publisher that it refused so far.
+        dropped: u64,
+    },
+}
+
+impl Published {
+    /// Whether somebody gets it: subscribers that are there, or those of a transient local topic that come later.
+    pub fn is_on_its_way(self) -> bool {
+        matches!(self, Self::Sent | Self::Kept)
+    }
+
+    /// Nobody has to be told here: refusals are counted, logged at their beginning and end, and told by the diagnostics task
+    /// `topics`.
+    pub fn left_to_diagnostics(self) {}
+}
+
+impl fmt::Display for Published {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sent => f.write_str("published"),
+            Self::Kept => {
+                f.write_str("kept for later subscribers: nobody subscribes to it at present")
+            }
+            Self::Unheard => f.write_str("not published: nobody subscribes to it"),
+            Self::Inactive => f.write_str("not published: the node is not active"),
+            Self::Refused { dropped } => write!(
+                f,
+                "not published: the middleware refused it, {dropped} messages so far"
+            ),
+        }
+    }
+}
 
 /// Publishes messages of one type on one topic. Clones share the same writer.
 ///
@@ -34,13 +82,14 @@ struct Shared<M: Message> {
     guid: GUID,
     graph: Arc<Graph>,
     gate: Gate,
+    transient_local: bool,
     // Told once while the gate is closed.
     told_inactive: AtomicBool,
     statistics: Arc<PublisherStatistics>,
 }
 
-impl<M: Message> std::fmt::Debug for Shared<M> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl<M: Message> fmt::Debug for Shared<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Publisher")
             .field("topic", &self.statistics.topic)
             .finish_non_exhaustive()
@@ -85,6 +134,7 @@ impl<M: Message> Publisher<M> {
         topic: &str,
         graph: Arc<Graph>,
         gate: Gate,
+        transient_local: bool,
     ) -> Self {
         let guid = writer.guid();
         graph.register(guid, topic, None);
@@ -98,27 +148,27 @@ impl<M: Message> Publisher<M> {
                 guid,
                 graph,
                 gate,
+                transient_local,
                 told_inactive: AtomicBool::new(false),
                 statistics,
             }),
         }
     }
 
-    /// Hands the message over without waiting; `false` where it was dropped, which is counted and logged here. A node
-    /// that is not active publishes nothing.
-    pub fn publish(&self, message: M) -> bool {
+    /// Hands the message over without waiting and says what became of it. A node that is not active publishes nothing.
+    pub fn publish(&self, message: M) -> Published {
         if !self.is_active() {
-            return false;
+            return Published::Inactive;
         }
         // The first poll either puts the sample into the window or finds it full; nothing is left behind.
         let outcome = self.shared.writer.async_publish(message).now_or_never();
         self.account(outcome.map(|result| result.map_err(|error| error.to_string())))
     }
 
-    /// Waits up to `timeout` for room in the window; `false` where the message was dropped all the same.
-    pub async fn publish_within(&self, message: M, timeout: Duration) -> bool {
+    /// Waits up to `timeout` for room in the window; the message may be refused all the same.
+    pub async fn publish_within(&self, message: M, timeout: Duration) -> Published {
         if !self.is_active() {
-            return false;
+            return Published::Inactive;
         }
         let outcome =
             tokio::time::timeout(timeout, self.shared.writer.async_publish(message)).await;
@@ -144,7 +194,7 @@ impl<M: Message> Publisher<M> {
         active
     }
 
-    fn account(&self, outcome: Option<Result<(), String>>) -> bool {
+    fn account(&self, outcome: Option<Result<(), String>>) -> Published {
         let statistics = &self.shared.statistics;
         let reason = match outcome {
             Some(Ok(())) => {
@@ -156,27 +206,39 @@ impl<M: Message> Publisher<M> {
                         statistics.dropped()
                     );
                 }
-                return true;
+                return self.received_by(self.subscriber_count());
             }
             Some(Err(error)) => error,
             None => {
                 "the window is full of samples that a subscriber does not acknowledge".to_owned()
             }
         };
-        statistics.dropped.fetch_add(1, Ordering::Relaxed);
+        let dropped = statistics.dropped.fetch_add(1, Ordering::Relaxed) + 1;
         if !statistics.dropping.swap(true, Ordering::Relaxed) {
             tracing::warn!("{}: messages are dropped: {reason}", statistics.topic);
         }
-        false
+        Published::Refused { dropped }
+    }
+
+    fn received_by(&self, subscribers: usize) -> Published {
+        match (subscribers, self.shared.transient_local) {
+            (0, true) => Published::Kept,
+            (0, false) => Published::Unheard,
+            _ => Published::Sent,
+        }
     }
 
     /// As [`publish`](Self::publish), where anybody subscribes; otherwise the message is not even made. For volatile
     /// topics: nobody who comes later would get it, and making and serializing it and waking the middleware costs as
     /// much as sending it.
-    pub fn publish_if_heard(&self, make: impl FnOnce() -> M) {
-        if self.subscriber_count() > 0 && self.is_active() {
-            self.publish(make());
+    pub fn publish_if_heard(&self, make: impl FnOnce() -> M) -> Published {
+        if !self.is_active() {
+            return Published::Inactive;
         }
+        if self.subscriber_count() == 0 {
+            return Published::Unheard;
+        }
+        self.publish(make())
     }
 
     /// Number of matched subscribers.

@@ -9,6 +9,9 @@ use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 /// as long as fewer arrive in that time: 0.4 s at 10 000 samples/s, 20 s at 200.
 pub const SENSOR_DEPTH: usize = 4000;
 
+/// Requests, and answers, that wait until they are taken.
+const SERVICE_DEPTH: usize = 200;
+
 /// Reliability, durability and depth of a topic's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
@@ -46,6 +49,12 @@ impl Qos {
             depth,
             lifespan: None,
         }
+    }
+
+    /// Requests and answers of a service. All clients share the topic of the answers, so that it must hold those of all who ask
+    /// at the same time.
+    pub(crate) const fn service() -> Self {
+        Self::reliable(SERVICE_DEPTH)
     }
 
     /// Best effort, volatile.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures::FutureExt;
 use ros2_client::{Message, RmwRequestId, Server};
 use rustdds::DomainParticipant;
 
@@ -10,11 +11,14 @@ use tokio::time::Instant;
 
 use crate::error::{Error, Result};
 use crate::graph::Graph;
+use crate::overflow::Overflow;
+use crate::replies::Replies;
 
 /// Answers requests of one service.
 pub struct Service<Request: Message, Response: Message> {
     server: Server<Request, Response>,
     name: String,
+    overflow: Overflow,
 }
 
 impl<Request: Message, Response: Message> std::fmt::Debug for Service<Request, Response> {
@@ -35,7 +39,16 @@ where
     Response: Message + Clone + 'static,
 {
     pub(crate) fn new(server: Server<Request, Response>, name: String) -> Self {
-        Self { server, name }
+        Self {
+            overflow: Overflow::new(format!("answers of {name}")),
+            server,
+            name,
+        }
+    }
+
+    /// Counts the answers that had no room.
+    pub(crate) fn overflow(&self) -> &Overflow {
+        &self.overflow
     }
 
     /// The next request. One that cannot be read is logged and passed over.
@@ -48,10 +61,16 @@ where
         }
     }
 
-    /// Answers a request; a failure is logged here.
-    pub async fn respond(&self, request: RequestId, response: Response) {
-        if let Err(error) = self.server.async_send_response(request.0, response).await {
-            tracing::error!("{}: the answer cannot be sent: {error:?}", self.name);
+    /// Answers a request without waiting: a client that does not acknowledge holds up nobody else. A failure is counted and
+    /// logged here.
+    pub fn respond(&self, request: RequestId, response: Response) {
+        let sent = self.server.async_send_response(request.0, response);
+        match sent.now_or_never() {
+            Some(Ok(())) => {}
+            Some(Err(error)) => {
+                tracing::error!("{}: the answer cannot be sent: {error:?}", self.name);
+            }
+            None => self.overflow.count(1),
         }
     }
 
@@ -61,9 +80,10 @@ where
     }
 }
 
-/// Asks one service.
+/// Asks one service. Several may ask by it at the same time; each gets the answer to its own request.
 pub struct Client<Request: Message, Response: Message> {
     asking: ros2_client::Client<Request, Response>,
+    replies: Replies<RmwRequestId, Response>,
     participant: DomainParticipant,
     graph: Arc<Graph>,
     created: Instant,
@@ -97,6 +117,7 @@ where
     ) -> Self {
         Self {
             asking: client,
+            replies: Replies::default(),
             participant,
             graph,
             created: Instant::now(),
@@ -138,9 +159,11 @@ where
                 timeout.as_secs_f64()
             )));
         }
-        match tokio::time::timeout_at(deadline, self.asking.async_call_service(request)).await {
+        let mut reply = self.replies.ask(&self.asking, request).map_err(failed)?;
+        let answer = reply.wait(|| self.replies.take(&self.asking));
+        match tokio::time::timeout_at(deadline, answer).await {
             Ok(Ok(response)) => Ok(response),
-            Ok(Err(error)) => Err(failed(error.to_string())),
+            Ok(Err(error)) => Err(failed(error)),
             Err(_) => Err(failed(format!(
                 "no answer within {:.1} s",
                 timeout.as_secs_f64()

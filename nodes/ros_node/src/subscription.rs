@@ -23,7 +23,8 @@ use crate::qos::Qos;
 /// up, it makes a second, best-effort reader, from which it takes the samples of just such publishers. Nothing is
 /// lost from reliable publishers, nothing comes twice.
 ///
-/// While a managed node is not active, messages wait in the reader's cache, which keeps the newest ones.
+/// What comes while a managed node is not active is passed over and counted: on activation a stream begins with the present.
+/// Of transient local topics the last messages are the present state; they are given out all the same.
 pub struct Subscription<M: Message + 'static> {
     reader: ros2_client::Subscription<M>,
     best_effort: Option<ros2_client::Subscription<M>>,
@@ -33,7 +34,11 @@ pub struct Subscription<M: Message + 'static> {
     depth: usize,
     graph: Arc<Graph>,
     gate: Gate,
-    was_closed: bool,
+    transient_local: bool,
+    /// The opening of the gate that was seen last.
+    opened_nanos: i64,
+    /// What was received before this is passed over, until something newer has come.
+    passed_over_before: Option<i64>,
     last_sequence_numbers: BTreeMap<Gid, i64>,
     statistics: Arc<SubscriptionStatistics>,
 }
@@ -56,6 +61,7 @@ pub struct SubscriptionStatistics {
     received: AtomicU64,
     lost: AtomicU64,
     undecodable: AtomicU64,
+    passed_over: AtomicU64,
 }
 
 impl SubscriptionStatistics {
@@ -73,6 +79,11 @@ impl SubscriptionStatistics {
     /// overwritten in the reader's cache, which is as deep as the [`Qos`] says, by a node that did not catch up.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Messages that came while the node was not active.
+    pub fn passed_over(&self) -> u64 {
+        self.passed_over.load(Ordering::Relaxed)
     }
 
     /// Messages that were no messages of the type.
@@ -110,9 +121,11 @@ impl<M: Message + 'static> Subscription<M> {
             node,
             dds_topic,
             depth: qos.depth,
+            transient_local: qos.transient_local,
+            opened_nanos: gate.opened_nanos(),
+            passed_over_before: None,
             graph,
             gate,
-            was_closed: false,
             last_sequence_numbers: BTreeMap::new(),
             statistics: Arc::new(SubscriptionStatistics {
                 topic: topic.to_owned(),
@@ -145,10 +158,11 @@ impl<M: Message + 'static> Subscription<M> {
 
     fn poll_recv(&mut self, context: &mut Context<'_>) -> Poll<M> {
         if self.gate.poll_open(context).is_pending() {
-            self.was_closed = true;
             return Poll::Pending;
         }
-        if std::mem::take(&mut self.was_closed) {
+        let opened = self.gate.opened_nanos();
+        if std::mem::replace(&mut self.opened_nanos, opened) != opened {
+            self.passed_over_before = (!self.transient_local).then_some(opened);
             // What the cache could not hold meanwhile was not lost on the way.
             self.last_sequence_numbers.clear();
         }
@@ -192,8 +206,23 @@ impl<M: Message + 'static> Subscription<M> {
         if by_best_effort && !self.fallback.writers().contains(&GUID::from(publisher)) {
             return None;
         }
-        self.statistics.received.fetch_add(1, Ordering::Relaxed);
         let number = info.sequence_number();
+        if let Some(before) = self.passed_over_before {
+            if info
+                .received_timestamp()
+                .is_some_and(|at| at.to_nanos() < before)
+            {
+                self.last_sequence_numbers.insert(publisher, number);
+                self.statistics.passed_over.fetch_add(1, Ordering::Relaxed);
+                return None;
+            }
+            self.passed_over_before = None;
+            tracing::info!(
+                "{}: {} messages came while the node was not active and are passed over",
+                self.statistics.topic,
+                self.statistics.passed_over()
+            );
+        }
         if let Some(last) = self.last_sequence_numbers.insert(publisher, number) {
             let missing = u64::try_from(number - last - 1).unwrap_or(0);
             if missing > 0 {
@@ -204,6 +233,7 @@ impl<M: Message + 'static> Subscription<M> {
                 );
             }
         }
+        self.statistics.received.fetch_add(1, Ordering::Relaxed);
         Some(message)
     }
 

@@ -1,11 +1,13 @@
 //! Two nodes over real DDS, in a network namespace that has loopback only.
 #![allow(clippy::unwrap_used)]
 
-use std::path::PathBuf;
+mod common;
+
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use ros_node::{Node, NodeBuilder, Parameter, Qos};
+use common::{LONG, isolated, minimal, run_inner, start};
+use ros_node::{Published, Qos};
 use ros2_client::rcl_interfaces as rcl;
 use ros2_interfaces::builtin_interfaces::Time;
 use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, KeyValue};
@@ -14,53 +16,6 @@ use ros2_interfaces::lifecycle_msgs::{
 };
 use ros2_interfaces::rosgraph_msgs::Clock;
 use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
-
-const LONG: Duration = Duration::from_secs(15);
-
-/// Runs a program where no other participant can be heard.
-fn isolated(program: &PathBuf, arguments: &[&str]) -> Command {
-    let script = "ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo; exec \"$@\"";
-    let permitted = Command::new("unshare")
-        .args(["-n", "true"])
-        .status()
-        .is_ok_and(|status| status.success());
-    let mut command = if permitted {
-        let mut command = Command::new("unshare");
-        command
-            .args(["-n", "bash", "-c", script, "bash"])
-            .arg(program);
-        command
-    } else {
-        eprintln!("unshare -n is not permitted: localhost and a domain of its own instead");
-        let mut command = Command::new(program);
-        command
-            .env("ROS_DOMAIN_ID", (1 + std::process::id() % 200).to_string())
-            .env("ROS_LOCALHOST_ONLY", "1");
-        command
-    };
-    command.args(arguments);
-    command
-}
-
-/// Runs one of the tests below, which are ignored otherwise, by itself.
-fn run_inner(test: &str) {
-    let me = std::env::current_exe().unwrap();
-    let status = isolated(&me, &["--ignored", "--exact", test, "--nocapture"])
-        .status()
-        .unwrap();
-    assert!(status.success(), "{test}: {status}");
-}
-
-fn start(name: &str, arguments: &[&str]) -> Node {
-    let gain = Parameter::new("gain", 1.0)
-        .range(0.0, 2.0)
-        .unit("1")
-        .changeable();
-    let builder = NodeBuilder::new(name)
-        .parameter(gain)
-        .parameter(Parameter::new("rate", 10.0));
-    builder.start(arguments.iter().copied()).unwrap()
-}
 
 fn key_value(key: &str, value: usize) -> KeyValue {
     KeyValue {
@@ -103,9 +58,10 @@ async fn inner_messages() {
         );
     }
     for k in 0..500 {
-        assert!(reliable.publish(key_value("reliable", k)));
+        assert_eq!(reliable.publish(key_value("reliable", k)), Published::Sent);
         if k < 50 {
-            assert!(best_effort.publish(key_value("best effort", k)));
+            let published = best_effort.publish(key_value("best effort", k));
+            assert_eq!(published, Published::Sent);
         }
     }
     let mut received = Vec::new();
@@ -145,7 +101,15 @@ async fn inner_latched() {
     let latched = sender
         .publisher::<KeyValue>("calibration", Qos::latched(1))
         .unwrap();
-    latched.publish(key_value("k", 7));
+    assert_eq!(latched.publish(key_value("k", 7)), Published::Kept);
+    let volatile = sender
+        .publisher::<KeyValue>("nobody/listens", Qos::reliable(1))
+        .unwrap();
+    assert_eq!(volatile.publish(key_value("k", 7)), Published::Unheard);
+    assert_eq!(
+        volatile.publish_if_heard(|| unreachable!("nobody listens")),
+        Published::Unheard
+    );
     let clock = sender
         .publisher::<Clock>("/clock", Qos::reliable(10))
         .unwrap();
@@ -159,12 +123,13 @@ async fn inner_latched() {
     assert_eq!(message.value, "7");
     assert!(clock.wait_for_subscribers(1, LONG).await);
     assert_eq!(receiver.now_nanos(), 0);
-    clock.publish(Clock {
+    let published = clock.publish(Clock {
         clock: Time {
             sec: 12,
             nanosec: 5,
         },
     });
+    assert_eq!(published, Published::Sent);
     tokio::time::timeout(LONG, receiver.clock().wait_until_known())
         .await
         .unwrap();
@@ -334,14 +299,6 @@ async fn inner_error() {
     assert!(step(Transition::CONFIGURE).await && step(Transition::ACTIVATE).await);
     child.kill().unwrap();
     child.wait().unwrap();
-}
-
-/// The example that stands for a node's executable.
-fn minimal() -> PathBuf {
-    let mut path = std::env::current_exe().unwrap();
-    path.pop();
-    path.pop();
-    path.join("examples/minimal")
 }
 
 fn output(arguments: &[&str]) -> Output {

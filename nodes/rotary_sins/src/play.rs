@@ -400,7 +400,8 @@ impl<'b> Player<'b> {
                 // What has no room in the end is counted by the publisher, and is an error when all is played.
                 publisher
                     .publish_within(Payload(payload.to_vec()), PATIENCE)
-                    .await;
+                    .await
+                    .left_to_diagnostics();
             }
             _ => self.unplayable += 1,
         }
@@ -414,9 +415,12 @@ impl<'b> Player<'b> {
             step >= CLOCK_STRIDE || (step >= CLOCK_STEP && at.elapsed() >= CLOCK_PAUSE)
         });
         if is_due && let Ok(nanos) = i64::try_from(now) {
-            clock.publish(Clock {
-                clock: Time::from_nanos(nanos),
-            });
+            // Every time stands for those before it.
+            clock
+                .publish(Clock {
+                    clock: Time::from_nanos(nanos),
+                })
+                .left_to_diagnostics();
             self.last_clock = Some((now, Instant::now()));
         }
     }

@@ -2,7 +2,8 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
+    future::Future,
+    path::{Path, PathBuf},
     process::ExitCode,
     sync::{
         Arc,
@@ -22,6 +23,8 @@ use tokio::{sync::mpsc, task::JoinSet};
 
 use crate::{output, simulate::Packing};
 
+/// Between two lines while the end of the bag is being written.
+const SLOW: Duration = Duration::from_secs(2);
 /// How often new topics are looked for.
 const LOOK: Duration = Duration::from_millis(50);
 /// Messages taken at once.
@@ -100,7 +103,9 @@ pub fn run(options: &Options, ros_arguments: Vec<String>) -> ExitCode {
     // A task for each topic, and at a hundred times real time one thread would not do.
     let builder = NodeBuilder::new("rotary_sins_recorder")
         .about("records topics into a bag")
-        .worker_threads(2);
+        .worker_threads(2)
+        // A bag without its end is half a bag: it is written however long the disk takes.
+        .end_within(None);
     let lost = Arc::new(AtomicBool::new(false));
     let status = ros_node::run_with(arguments, builder, |node| {
         let (options, found) = (options.clone(), Arc::clone(&lost));
@@ -164,12 +169,33 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
         ..
     } = recorder;
     drop(orders);
-    let losses: Vec<(String, u64)> = tasks.join_all().await;
-    let summary = writer.await.context("the writer of the bag broke down")??;
+    let end = async {
+        let losses: Vec<(String, u64)> = tasks.join_all().await;
+        let summary = writer.await.context("the writer of the bag broke down")??;
+        anyhow::Ok((losses, summary))
+    };
+    let (losses, summary) = told_while_slow(end, &options.output).await?;
     report(&summary, &losses, &wanted, &seen);
     // Every time on /clock stands for those before it, and its publishers offer best effort: a lost one is missed by nobody.
     let is_loss = |(topic, lost): &(String, u64)| *lost > 0 && topic != CLOCK;
     Ok(losses.iter().any(is_loss))
+}
+
+/// Waits as long as it takes, and says so now and then.
+async fn told_while_slow<T>(end: impl Future<Output = T>, bag: &Path) -> T {
+    let mut end = std::pin::pin!(end);
+    let mut lines = tokio::time::interval(SLOW);
+    lines.tick().await;
+    loop {
+        tokio::select! {
+            biased;
+            ended = &mut end => return ended,
+            _ = lines.tick() => tracing::warn!(
+                "{}: the end of the bag is being written, the disk is slow; a second signal leaves it without its end",
+                bag.display()
+            ),
+        }
+    }
 }
 
 /// Which topics are wanted.
@@ -274,6 +300,7 @@ impl Recorder {
             id,
             log_time,
             self.orders.clone(),
+            self.depth,
         ));
         Ok(())
     }
@@ -296,6 +323,7 @@ async fn receive(
     topic: TopicId,
     log_time: LogTime,
     orders: mpsc::Sender<Order>,
+    depth: usize,
 ) -> (String, u64) {
     // Without a time there is nothing to file a message under; the reader keeps it until then.
     tokio::select! {
@@ -309,29 +337,35 @@ async fn receive(
         let time = stamp.filter(|stamp| stamp.saturating_sub(now).saturating_abs() < SAME_CLOCK);
         u64::try_from(time.unwrap_or(now)).unwrap_or(0)
     };
-    loop {
-        let (payloads, is_last) = tokio::select! {
-            biased;
-            payloads = subscription.recv_batch(BATCH) => (payloads, false),
-            () = node.shutdown() => (Vec::new(), true),
-        };
-        let messages = payloads
+    let batch_of = |payloads: Vec<Payload>| Batch {
+        topic,
+        messages: payloads
             .into_iter()
             .map(|payload| (time_of(&payload), payload))
-            .collect();
+            .collect(),
+    };
+    loop {
+        let payloads = tokio::select! {
+            biased;
+            () = node.shutdown() => break,
+            payloads = subscription.recv_batch(BATCH) => payloads,
+        };
         // Where the writer has gone, `follow` or the end of the recording says why.
-        if is_last
-            || orders
-                .send(Order::Write(Batch { topic, messages }))
-                .await
-                .is_err()
-        {
-            return (
-                subscription.topic().to_owned(),
-                subscription.statistics().lost(),
-            );
+        if orders.send(Order::Write(batch_of(payloads))).await.is_err() {
+            break;
         }
     }
+    // What has arrived by now, which is no more than the reader keeps; what still comes is of after the end.
+    let arrived: Vec<Payload> = std::iter::from_fn(|| subscription.try_recv())
+        .take(depth)
+        .collect();
+    if !arrived.is_empty() {
+        orders.send(Order::Write(batch_of(arrived))).await.ok();
+    }
+    (
+        subscription.topic().to_owned(),
+        subscription.statistics().lost(),
+    )
 }
 
 /// The thread that packs and writes; ends the bag when nobody sends any more.

@@ -3,6 +3,7 @@
 
 mod node;
 mod parameters;
+mod stopping;
 mod table;
 
 use std::process::ExitCode;

@@ -4,17 +4,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Result;
-use ros_node::{InputWatch, Level, Node, Publisher, Qos, Report};
+use ros_node::{Ending, InputWatch, Level, Node, Publisher, Purpose, Qos, Report};
 use ros2_interfaces::sensor_msgs::JointState;
 use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::convert::{FromMessage, ToMessage};
 use sins::table::JointSample;
 use sins::table::scheme::Sequencer;
-use sins::table::scheme::sequencer::{Command, Refused, State, Status};
+use sins::table::scheme::sequencer::{Command, Refused, SequencerSettings, State, Status};
 use sins::time::Stamp;
 
 use crate::parameters;
+use crate::stopping::{self, Stopping};
 use crate::table::{Motion, News, Table};
 
 const JOINT_STATES: &str = "turntable/joint_states";
@@ -22,6 +23,8 @@ const JOINT_STATES: &str = "turntable/joint_states";
 const BATCH: usize = 256;
 /// Time between two statuses where nothing changes \[s of the joint states' time\].
 const STATUS_PERIOD_S: f64 = 1.0;
+/// How often a table that is being stopped is looked at where it tells nothing.
+const LOOK: Duration = Duration::from_millis(100);
 /// Joint states that stay away longer are told in the diagnostics.
 const PATIENCE: Duration = Duration::from_secs(2);
 
@@ -30,7 +33,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 struct Shared {
     machine: Arc<Mutex<Machine>>,
     table: Table,
-    arrival_timeout_s: f64,
+    settings: SequencerSettings,
     statuses: Publisher<SchemeStatus>,
 }
 
@@ -56,27 +59,33 @@ impl Shared {
         self.machine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn ingest(&self, message: &JointState) {
+    /// Hands back what was read.
+    fn ingest(&self, message: &JointState) -> Option<JointSample> {
         let mut machine = self.machine();
         // A motion commanded before the table listens would be lost, so the scheme begins when it does.
         if machine.sequencer.state() == State::WaitingForTable && !self.table.listens() {
-            return;
+            return None;
         }
         match JointSample::from_message(message) {
             Ok(sample) => {
                 self.miss_result(&mut machine, &sample);
                 let command = machine.sequencer.ingest(&sample);
-                self.tell(&mut machine, command.as_ref());
+                self.tell_or_log(&mut machine, command.as_ref());
+                Some(sample)
             }
-            Err(error) => machine.watch.refuse("cannot be read", error),
+            Err(error) => {
+                machine.watch.refuse("cannot be read", error);
+                None
+            }
         }
     }
 
     /// Sends a command, logs what a person should know, publishes the status where it is news.
-    fn tell(&self, machine: &mut Machine, command: Option<&Command>) {
-        if let Some(command) = command {
-            self.send(machine, command);
-        }
+    ///
+    /// # Errors
+    /// Why the table does not hear of the command.
+    fn tell(&self, machine: &mut Machine, command: Option<&Command>) -> Result<(), String> {
+        let heard = command.map_or(Ok(()), |command| self.send(machine, command));
         let faulty = machine.sequencer.state() == State::Fault;
         for note in machine.sequencer.take_notes() {
             if faulty {
@@ -91,12 +100,22 @@ impl Shared {
             .as_ref()
             .is_none_or(|last| is_news(last, &status))
         {
-            self.statuses.publish(status.to_message());
+            self.statuses
+                .publish(status.to_message())
+                .left_to_diagnostics();
             machine.published = Some(status);
+        }
+        heard
+    }
+
+    /// As [`Self::tell`], where nobody waits for an answer: a command that the table does not hear of is in the log.
+    fn tell_or_log(&self, machine: &mut Machine, command: Option<&Command>) {
+        if let Err(reason) = self.tell(machine, command) {
+            tracing::error!("the table does not hear of its motion: {reason}");
         }
     }
 
-    fn send(&self, machine: &mut Machine, command: &Command) {
+    fn send(&self, machine: &mut Machine, command: &Command) -> Result<(), String> {
         let goal = &mut machine.goal;
         goal.number += 1;
         goal.tracking_error_rad = 0.0;
@@ -104,12 +123,12 @@ impl Shared {
         goal.due = is_motion.then(|| {
             let start = command.start.unwrap_or(machine.sequencer.status().stamp);
             let end = start.plus_nanos(command.trajectory.duration_nanos());
-            end.plus_seconds(self.arrival_timeout_s)
+            end.plus_seconds(self.settings.arrival_timeout_s)
         });
         self.table.send(Motion {
             number: goal.number,
             command: command.clone(),
-        });
+        })
     }
 
     /// A fault where the table has not told in time how the motion ended.
@@ -123,10 +142,10 @@ impl Shared {
             let actual = sample.position.map(f64::to_degrees);
             let reason = format!(
                 "action {action}: no result {:.1} s after the end of the motion: target {:.4}, {:.4} deg, actual {:.4}, {:.4} deg",
-                self.arrival_timeout_s, target[0], target[1], actual[0], actual[1]
+                self.settings.arrival_timeout_s, target[0], target[1], actual[0], actual[1]
             );
             let command = machine.sequencer.table_failed(reason);
-            self.tell(machine, command.as_ref());
+            self.tell_or_log(machine, command.as_ref());
         }
     }
 
@@ -142,7 +161,7 @@ impl Shared {
             News::Failed(reason) => {
                 machine.goal.due = None;
                 let command = machine.sequencer.table_failed(reason);
-                self.tell(&mut machine, command.as_ref());
+                self.tell_or_log(&mut machine, command.as_ref());
             }
         }
     }
@@ -155,13 +174,19 @@ impl Shared {
     ) -> TriggerResponse {
         let mut machine = self.machine();
         match request(&mut machine.sequencer) {
-            Ok(command) => {
-                self.tell(&mut machine, command.as_ref());
-                TriggerResponse {
+            Ok(command) => match self.tell(&mut machine, command.as_ref()) {
+                Ok(()) => TriggerResponse {
                     success: true,
                     message: done.to_owned(),
+                },
+                Err(reason) => {
+                    tracing::error!("{done}, but the table does not hear of it: {reason}");
+                    TriggerResponse {
+                        success: false,
+                        message: format!("{done}, but the table does not hear of it: {reason}"),
+                    }
                 }
-            }
+            },
             Err(refused) => {
                 tracing::warn!("{refused}");
                 TriggerResponse {
@@ -170,6 +195,48 @@ impl Shared {
                 }
             }
         }
+    }
+
+    /// Stops the table, and lets the scheme wait for `~/resume` where the node may become active again. Where there is
+    /// nothing to be stopped the ending has its answer at once.
+    fn stop(&self, ending: Ending) -> Option<Stopping> {
+        let mut machine = self.machine();
+        let is_pause = ending.purpose() == Purpose::Deactivate;
+        let stopped = if is_pause {
+            machine.sequencer.pause()
+        } else {
+            machine.sequencer.abort().map(Some)
+        };
+        // Refused where nothing runs.
+        let Ok(command) = stopped else {
+            ending.done();
+            return None;
+        };
+        tracing::info!(
+            "the node {}: the scheme is {}",
+            ending.purpose().verb(),
+            if is_pause {
+                "paused until ~/resume"
+            } else {
+                "aborted"
+            }
+        );
+        let heard = self.tell(&mut machine, command.as_ref());
+        // Before the first joint state nothing was commanded.
+        let is_known = machine.sequencer.status().stamp != Stamp::default();
+        if command.is_none() || !is_known || !self.table.listens() {
+            ending.done();
+            return None;
+        }
+        if let Err(reason) = heard {
+            ending.failed(format!("the table cannot be told to stop: {reason}"));
+            return None;
+        }
+        Some(Stopping::new(
+            ending,
+            self.settings.rate_tolerance_rad_s,
+            self.settings.settling_s,
+        ))
     }
 
     fn report(&self) -> Report {
@@ -226,6 +293,7 @@ pub async fn main(node: Node) -> Result<()> {
     let (program, settings) = parameters::program(&node)?;
     let (name, axes) = (program.name.clone(), program.table);
     let (table, driver) = Table::new(&node, &settings)?;
+    let mut endings = node.endings(Duration::from_secs_f64(settings.arrival_timeout_s));
     let mut joint_states = node.subscription::<JointState>(JOINT_STATES, Qos::sensor())?;
     let shared = Shared {
         machine: Arc::new(Mutex::new(Machine {
@@ -235,7 +303,7 @@ pub async fn main(node: Node) -> Result<()> {
             goal: GoalWatch::default(),
         })),
         table,
-        arrival_timeout_s: settings.arrival_timeout_s,
+        settings,
         statuses: node.publisher("scheme/status", Qos::latched(100))?,
     };
     if let Some(driver) = driver {
@@ -256,14 +324,32 @@ pub async fn main(node: Node) -> Result<()> {
     if node.parameter("autostart")? {
         shared.request("started", |sequencer| sequencer.start().map(|()| None));
     }
+    let mut looks = tokio::time::interval(LOOK);
+    looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut under_way: Option<Stopping> = None;
     loop {
         let batch = tokio::select! {
             batch = joint_states.recv_batch(BATCH) => batch,
+            ending = endings.next() => {
+                under_way = shared.stop(ending);
+                continue;
+            }
+            // A table that is being stopped may fall silent.
+            _ = looks.tick(), if under_way.is_some() => Vec::new(),
             () = node.shutdown() => return Ok(()),
         };
-        shared.machine().watch.arrived(batch.len());
-        for message in &batch {
-            shared.ingest(message);
+        if !batch.is_empty() {
+            shared.machine().watch.arrived(batch.len());
+        }
+        let samples: Vec<JointSample> = batch
+            .iter()
+            .filter_map(|message| shared.ingest(message))
+            .collect();
+        if let Some(stopping) = under_way.take() {
+            under_way = match stopping.look(&samples, shared.table.listens()) {
+                stopping::Progress::Waiting(stopping) => Some(stopping),
+                stopping::Progress::Over => None,
+            };
         }
     }
 }

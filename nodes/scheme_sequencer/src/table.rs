@@ -1,9 +1,12 @@
 //! How the table is moved: by the topic of a `joint_trajectory_controller`, or by its action.
 
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
 use std::time::Duration;
 
 use ros_node::{
-    ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Publisher, Qos, RemoteGoal,
+    ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Published, Publisher, Qos, RemoteGoal,
 };
 use ros2_interfaces::control_msgs::{
     FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryGoal as Goal,
@@ -14,7 +17,7 @@ use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use rotary_sins_msgs::convert::ToMessage;
 use sins::table::JOINT_NAMES;
 use sins::table::scheme::sequencer::{Command, SequencerSettings};
-use tokio::sync::mpsc;
+use tokio::sync::watch;
 
 const TOPIC: &str = "turntable/joint_trajectory";
 const ACTION: &str = "turntable/follow_joint_trajectory";
@@ -34,8 +37,8 @@ pub enum Table {
     Action {
         /// Asks for goals.
         client: Client,
-        /// To the driver.
-        motions: mpsc::UnboundedSender<Motion>,
+        /// To the driver. There is only the newest: every command takes the place of the one before.
+        motions: Arc<watch::Sender<Option<Motion>>>,
     },
 }
 
@@ -75,23 +78,31 @@ impl Table {
             ));
         }
         let client: Client = node.action_client(ACTION, FOLLOW_JOINT_TRAJECTORY)?;
-        let (motions, queue) = mpsc::unbounded_channel();
+        let (motions, newest) = watch::channel(None);
+        let motions = Arc::new(motions);
         let driver = Driver {
             client: client.clone(),
-            motions: queue,
+            motions: newest,
             settings: *settings,
         };
         Ok((Self::Action { client, motions }, Some(driver)))
     }
 
     /// Hands a command over.
-    pub fn send(&self, motion: Motion) {
+    ///
+    /// # Errors
+    /// Why the table will not hear of it.
+    pub fn send(&self, motion: Motion) -> Result<(), String> {
         match self {
-            Self::Topic(publisher) => {
-                publisher.publish(motion.command.to_message());
+            Self::Topic(publisher) => match publisher.publish(motion.command.to_message()) {
+                Published::Sent => Ok(()),
+                outcome => Err(format!("{}: {outcome}", publisher.topic())),
+            },
+            // The driver works as long as the node does, and tells what became of it.
+            Self::Action { motions, .. } => {
+                motions.send_replace(Some(motion));
+                Ok(())
             }
-            // The driver ends with the node only.
-            Self::Action { motions, .. } => drop(motions.send(motion)),
         }
     }
 
@@ -115,33 +126,52 @@ impl Table {
 /// Works motions off, one goal at a time.
 pub struct Driver {
     client: Client,
-    motions: mpsc::UnboundedReceiver<Motion>,
+    motions: watch::Receiver<Option<Motion>>,
     settings: SequencerSettings,
 }
+
+/// A goal that the table has accepted.
+type Accepted = RemoteGoal<Goal, Outcome, Progress>;
 
 /// The goal under way.
 struct Under {
     number: u64,
-    goal: RemoteGoal<Goal, Outcome, Progress>,
+    goal: Accepted,
 }
 
+/// What the table has been asked and has not answered yet. Dropped, the goal that was asked for is cancelled.
+enum Asked {
+    Motion(Option<Accepted>),
+    Stop,
+}
+
+type Answer = Pin<Box<dyn Future<Output = Result<Asked, String>> + Send>>;
+
 impl Driver {
-    /// Runs until the node ends. `tell` is told of a motion by its number.
+    /// Runs until the node ends. `tell` is told of a motion by its number. A command is acted on at once, whatever the table
+    /// still owes an answer to: what was asked before is given up.
     pub async fn run(mut self, tell: impl Fn(u64, News)) {
         let mut under: Option<Under> = None;
+        let mut asked: Option<(u64, Answer)> = None;
         let mut checks = tokio::time::interval(SERVER_CHECK);
         checks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
             tokio::select! {
                 biased;
-                motion = self.motions.recv() => {
-                    let Some(motion) = motion else { return };
-                    let number = motion.number;
-                    match self.command(motion, under.take()).await {
-                        Ok(next) => under = next,
-                        Err(reason) => tell(number, self.failed(&reason)),
+                changed = self.motions.changed() => {
+                    if changed.is_err() {
+                        return;
                     }
+                    let Some(motion) = self.motions.borrow_and_update().clone() else { continue };
+                    asked = self.ask(&motion.command, &mut under).map(|answer| (motion.number, answer));
                 }
+                (number, answer) = answered(&mut asked) => match answer {
+                    Ok(Asked::Motion(Some(goal))) => under = Some(Under { number, goal }),
+                    Ok(Asked::Motion(None)) => tell(number, self.failed("the table rejects the motion")),
+                    // Whatever has ended already stands still.
+                    Ok(Asked::Stop) => {}
+                    Err(reason) => tell(number, self.failed(&reason)),
+                },
                 (number, news) = next(&mut under) => match news {
                     GoalNews::Feedback(progress) => {
                         let errors = progress.error.positions.iter().map(|error| error.abs());
@@ -170,26 +200,37 @@ impl Driver {
     }
 
     /// Asks for a motion, which takes the place of the one under way, or cancels that one.
-    async fn command(&self, motion: Motion, under: Option<Under>) -> Result<Option<Under>, String> {
-        let Motion { number, command } = motion;
+    fn ask(&self, command: &Command, under: &mut Option<Under>) -> Option<Answer> {
         if command.trajectory.points.is_empty() {
-            let Some(Under { goal, .. }) = under else {
-                return Ok(None);
-            };
-            return match goal.cancel(ANSWER).await {
-                Ok(CancelReturn::Rejected) => Err("the table refuses to stop".to_owned()),
-                // Whatever has ended already stands still.
-                Ok(_) => Ok(None),
+            let cancelled = under.take()?.goal.cancel(ANSWER);
+            return Some(Box::pin(async move {
+                match cancelled.await {
+                    Ok(CancelReturn::Rejected) => Err("the table refuses to stop".to_owned()),
+                    Ok(_) => Ok(Asked::Stop),
+                    Err(error) => Err(error.to_string()),
+                }
+            }));
+        }
+        let (client, goal) = (self.client.clone(), goal(command, &self.settings));
+        Some(Box::pin(async move {
+            match client.send_goal(goal, ANSWER).await {
+                Ok(accepted) => Ok(Asked::Motion(accepted)),
+                Err(ros_node::Error::Service { reason, .. }) => Err(reason),
                 Err(error) => Err(error.to_string()),
-            };
+            }
+        }))
+    }
+}
+
+/// The answer of the table; never, where nothing was asked.
+async fn answered(asked: &mut Option<(u64, Answer)>) -> (u64, Result<Asked, String>) {
+    match asked {
+        Some((number, answer)) => {
+            let answered = (*number, answer.await);
+            *asked = None;
+            answered
         }
-        let goal = goal(&command, &self.settings);
-        match self.client.send_goal(goal, ANSWER).await {
-            Ok(Some(goal)) => Ok(Some(Under { number, goal })),
-            Ok(None) => Err("the table rejects the motion".to_owned()),
-            Err(ros_node::Error::Service { reason, .. }) => Err(reason),
-            Err(error) => Err(error.to_string()),
-        }
+        None => std::future::pending().await,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ros_node::{ActionServer, GoalHandle, InputWatch, Node};
+use ros_node::{ActionServer, GoalHandle, InputWatch, Node, Purpose};
 use rotary_sins_msgs::convert::stamp_from_time;
 use rotary_sins_msgs::{
     Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal,
@@ -38,7 +38,16 @@ impl SelfCalibrate {
     /// What the middleware refuses.
     pub fn new(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
-            server: node.action_server(ACTION, Goal::ACTION)?,
+            // A default would say that it has converged.
+            server: node.action_server(
+                ACTION,
+                Goal::ACTION,
+                Outcome {
+                    code: Outcome::SHUTDOWN,
+                    message: "given up: the calibrator ends".to_owned(),
+                    ..Outcome::default()
+                },
+            )?,
             under_way: None,
         })
     }
@@ -104,12 +113,12 @@ impl SelfCalibrate {
         }
     }
 
-    /// The node ends.
-    pub fn shut_down(&mut self, calibrator: &mut Calibrator) {
+    /// Before the node stops being active.
+    pub fn shut_down(&mut self, calibrator: &mut Calibrator, purpose: Purpose) {
         self.end(
             calibrator,
             Outcome::SHUTDOWN,
-            "the calibrator ends".to_owned(),
+            format!("the calibrator {}", purpose.verb()),
         );
     }
 

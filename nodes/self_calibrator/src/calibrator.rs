@@ -232,7 +232,7 @@ impl Calibrator {
             Some(calibration) => (
                 TriggerResponse {
                     success: true,
-                    message: format!("published, phase {}", self.phase.name()),
+                    message: format!("calibration, phase {}", self.phase.name()),
                 },
                 Some(calibration),
             ),

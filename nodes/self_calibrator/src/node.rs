@@ -3,9 +3,10 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use ros_node::{Node, Publisher, Qos, Report, Subscription};
+use ros_node::{Node, Published, Publisher, Qos, Report, Subscription};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Reference;
 
@@ -19,6 +20,9 @@ use crate::storage;
 const TICK: Duration = Duration::from_millis(10);
 /// Samples taken in one go, so that other inputs get their turn.
 const BATCH: usize = 2000;
+
+/// Time to end a goal: it needs none.
+const ENDING: Duration = Duration::from_secs(3);
 
 /// The calibrator, shared by the task, the services and the diagnostics.
 #[derive(Clone)]
@@ -40,14 +44,23 @@ struct Publishers {
 impl Publishers {
     fn publish(&self, output: Output) {
         if let Some(estimate) = output.estimate {
-            self.estimate.publish(estimate);
+            self.estimate.publish(estimate).left_to_diagnostics();
         }
         self.publish_calibration(output.calibration);
     }
 
     fn publish_calibration(&self, calibration: Option<Calibration>) {
         if let Some(calibration) = calibration {
-            self.calibration.publish(calibration);
+            self.calibration.publish(calibration).left_to_diagnostics();
+        }
+    }
+
+    /// Publishes what a service was asked for, and says in its answer what became of it.
+    fn answer(&self, answer: (TriggerResponse, Option<Calibration>)) -> TriggerResponse {
+        let (response, calibration) = answer;
+        match calibration {
+            Some(calibration) => told(&response, self.calibration.publish(calibration)),
+            None => response,
         }
     }
 }
@@ -80,6 +93,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     serve(&node, &shared, &publishers)?;
     watch(&node, &shared);
     let mut action = SelfCalibrate::new(&node)?;
+    let mut endings = node.endings(ENDING);
     node.set_ready();
     let mut ticks = tokio::time::interval(TICK);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -87,10 +101,11 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         // What the samples need comes first; the samples themselves wait in the reader's cache meanwhile.
         tokio::select! {
             biased;
-            () = node.shutdown() => {
-                action.shut_down(&mut shared.lock());
-                return Ok(());
+            ending = endings.next() => {
+                action.shut_down(&mut shared.lock(), ending.purpose());
+                ending.done();
             }
+            () = node.shutdown() => return Ok(()),
             fix = fixes.recv() => shared.lock().fix(&fix),
             velocity = next(&mut velocities) => shared.lock().velocity(&velocity),
             status = scheme.recv() => {
@@ -132,18 +147,26 @@ fn serve(node: &Node, shared: &Shared, publishers: &Publishers) -> ros_node::Res
     node.serve_trigger("~/save", move || calibrator.lock().save(&to))?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());
     node.serve_trigger_while_active("~/load", move || {
-        let (response, calibration) = calibrator.lock().load(&path);
-        outputs.publish_calibration(calibration);
-        response
+        let loaded = calibrator.lock().load(&path);
+        outputs.answer(loaded)
     })?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());
     node.serve_trigger_while_active("~/publish_calibration", move || {
-        let (response, calibration) = calibrator.lock().publish_request();
-        outputs.publish_calibration(calibration);
-        response
+        let asked = calibrator.lock().publish_request();
+        outputs.answer(asked)
     })?;
     let calibrator = shared.clone();
     node.serve_trigger("~/reset", move || calibrator.lock().reset())
+}
+
+/// The answer of a service that has something published: done where somebody gets it.
+fn told(response: &TriggerResponse, published: Published) -> TriggerResponse {
+    let message = format!("{}: {published}", response.message);
+    let success = response.success && published.is_on_its_way();
+    if !success {
+        tracing::error!("{message}");
+    }
+    TriggerResponse { success, message }
 }
 
 fn watch(node: &Node, shared: &Shared) {
@@ -156,4 +179,38 @@ fn watch(node: &Node, shared: &Shared) {
     add("joint states", Calibrator::joints_report);
     add("position", Calibrator::fix_report);
     add("velocity", Calibrator::velocity_report);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No service says that something was published which nobody gets.
+    #[test]
+    fn services_answer_by_what_was_published() {
+        let response = || TriggerResponse {
+            success: true,
+            message: "calibration, phase converged".to_owned(),
+        };
+        for (published, success, words) in [
+            (Published::Sent, true, ": published"),
+            (Published::Kept, true, ": kept for later subscribers"),
+            (Published::Unheard, false, "not published: nobody"),
+            (Published::Inactive, false, "not published: the node"),
+            (
+                Published::Refused { dropped: 3 },
+                false,
+                "not published: the middleware refused it, 3",
+            ),
+        ] {
+            let answer = told(&response(), published);
+            assert_eq!(answer.success, success, "{}", answer.message);
+            assert!(answer.message.contains(words), "{}", answer.message);
+        }
+        let refused = TriggerResponse {
+            success: false,
+            message: "no estimate yet".to_owned(),
+        };
+        assert!(!told(&refused, Published::Sent).success);
+    }
 }

@@ -46,10 +46,7 @@ pub fn load(path: &Path, frame_id: &str) -> (TriggerResponse, Option<Calibration
             let source = path.display().to_string();
             let phase = calibration.phase.name();
             let message = translation::calibration(&calibration, None, frame_id, &source);
-            (
-                done(format!("{source}, phase {phase}: published")),
-                Some(message),
-            )
+            (done(format!("{source}, phase {phase}")), Some(message))
         }
         Err(error) => (refused(format!("{error:#}")), None),
     }

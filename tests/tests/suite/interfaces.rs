@@ -47,7 +47,7 @@ fn topics<M: RosMessage + Message + Sync>(node: &Node) -> Topics {
         .unwrap();
     let message: M = filled();
     let sent = plain(&message);
-    assert!(publisher.publish(message));
+    assert!(publisher.publish(message).is_on_its_way());
     Topics {
         name: M::TYPE_NAME,
         sent,
@@ -94,7 +94,7 @@ where
 {
     let mut book = Book::default();
     let mut server = node
-        .action_server::<G, R, F>(&format!("/rust/{name}"), kind)
+        .action_server::<G, R, F>(&format!("/rust/{name}"), kind, R::default())
         .unwrap();
     let client = node
         .action_client::<G, R, F>(&format!("/python/{name}"), kind)
@@ -135,9 +135,7 @@ where
         .unwrap();
     let (id, request) = service.recv().await;
     book.receive(&format!("{name} request"), request);
-    service
-        .respond(id, book.send(&format!("{name} response")))
-        .await;
+    service.respond(id, book.send(&format!("{name} response")));
     let request = book.send(&format!("{name} request"));
     let response = client.call(request, LONG).await.unwrap();
     book.receive(&format!("{name} response"), response);
@@ -193,7 +191,7 @@ async fn exchange(python: &Path) {
             received.push(topic.received.as_mut().await);
         }
         // The peer serves until then.
-        done.publish(std_msgs::String::default());
+        assert!(done.publish(std_msgs::String::default()).is_on_its_way());
         (ends, received)
     };
     // What the peer says comes first: without it nothing here ends well.

@@ -11,6 +11,7 @@ mod aggregator;
 mod analysis;
 mod colcon;
 mod covariances;
+mod endings;
 mod faults;
 mod foreign_bags;
 mod four_nodes;

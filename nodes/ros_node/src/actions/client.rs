@@ -1,27 +1,38 @@
 //! The asking end of an action.
 
 use std::collections::BTreeMap;
+use std::future::Future;
 use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
-use futures::{FutureExt, StreamExt};
+use byteorder::LittleEndian;
+use futures::StreamExt;
 use ros2_client::RmwRequestId;
-use ros2_client::action::{FeedbackMessage, GetResultRequest, GetResultResponse, SendGoalRequest};
+use ros2_client::action::{
+    FeedbackMessage, GetResultRequest, GetResultResponse, SendGoalRequest, SendGoalResponse,
+};
+use ros2_client::action_msgs::{CancelGoalRequest, CancelGoalResponse, GoalInfo};
 use ros2_client::builtin_interfaces::Time;
 use rustdds::DomainParticipant;
-use tokio::sync::{Notify, mpsc, oneshot};
+use tokio::sync::{Notify, broadcast};
 use tokio::time::Instant;
 
 use super::{ActionPart, CancelReturn, GoalId, GoalStatus};
 use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::node::Node;
+use crate::overflow::Overflow;
+use crate::replies::{Replies, Reply};
 use crate::service::{DISCOVERY_POLL, SETTLE};
 
 /// How often it is looked for results while some are due: ros2-client has no way to wait for more than one.
 const RESULT_POLL: Duration = Duration::from_millis(20);
+/// Feedback of a goal that waits until it is taken; the oldest goes first.
+const FEEDBACK_WAITING: usize = 128;
+/// A goal that nobody waits for any more is cancelled where it is accepted all the same, up to this late.
+const GIVEN_UP: Duration = Duration::from_secs(60);
 
 /// Asks for goals of one action. Clones share the same ends.
 pub struct ActionClient<G: ActionPart, R: ActionPart, F: ActionPart> {
@@ -34,17 +45,25 @@ struct Shared<G: ActionPart, R: ActionPart, F: ActionPart> {
     graph: Arc<Graph>,
     created: Instant,
     name: String,
-    /// One request of a kind at a time: who waits for an answer throws away those of others.
-    sending: tokio::sync::Mutex<()>,
-    cancelling: tokio::sync::Mutex<()>,
-    book: Mutex<Book<R, F>>,
-    result_due: Notify,
+    accepted: Replies<RmwRequestId, SendGoalResponse>,
+    cancelled: Replies<RmwRequestId, CancelGoalResponse>,
+    results: Replies<RmwRequestId, GetResultResponse<R>>,
+    book: Mutex<Book<F>>,
+    /// Results, or answers to goals that were given up, are due.
+    due: Notify,
+    overflow: Overflow,
 }
 
-/// Who waits for what.
-struct Book<R, F> {
-    results: BTreeMap<RmwRequestId, oneshot::Sender<(GoalStatus, R)>>,
-    feedback: BTreeMap<GoalId, mpsc::UnboundedSender<F>>,
+struct Book<F> {
+    feedback: BTreeMap<GoalId, broadcast::Sender<F>>,
+    /// Goals whose acceptance nobody waits for any more.
+    given_up: Vec<GivenUp>,
+}
+
+struct GivenUp {
+    id: GoalId,
+    reply: Reply<RmwRequestId, SendGoalResponse>,
+    until: Instant,
 }
 
 impl<G: ActionPart, R: ActionPart, F: ActionPart> Clone for ActionClient<G, R, F> {
@@ -84,15 +103,18 @@ where
             participant: node.participant(),
             graph: node.graph(),
             created: Instant::now(),
+            overflow: Overflow::new(format!("feedback of action {name}")),
             name,
-            sending: tokio::sync::Mutex::default(),
-            cancelling: tokio::sync::Mutex::default(),
+            accepted: Replies::default(),
+            cancelled: Replies::default(),
+            results: Replies::default(),
             book: Mutex::new(Book {
-                results: BTreeMap::new(),
                 feedback: BTreeMap::new(),
+                given_up: Vec::new(),
             }),
-            result_due: Notify::new(),
+            due: Notify::new(),
         });
+        node.watch_overflow(&shared.overflow);
         node.spawn(pump(Arc::clone(&shared)));
         Self { shared }
     }
@@ -118,11 +140,11 @@ where
     }
 
     /// Waits for the server, asks for a goal and waits for its answer; `None` where it is rejected. The result is asked for
-    /// at once.
+    /// at once. A goal whose answer is not waited for any more, because this future was dropped or the time ran out, is
+    /// cancelled at once, and once more where it is accepted later.
     ///
     /// # Errors
-    /// [`Error::Service`] where there is no server or no answer within `timeout`; a goal whose answer is not waited for any
-    /// more is cancelled.
+    /// [`Error::Service`] where there is no server or no answer within `timeout`.
     pub async fn send_goal(
         &self,
         goal: G,
@@ -135,34 +157,73 @@ where
         }
         let id = GoalId::new_random();
         // From the beginning, so that no feedback is missed and nothing is left behind where the future is dropped.
-        let (sender, feedback) = mpsc::unbounded_channel();
+        let (sender, feedback) = broadcast::channel(FEEDBACK_WAITING);
         shared.book().feedback.insert(id, sender);
         let mut remote = RemoteGoal {
             shared: Arc::clone(shared),
             id,
             feedback,
             result: None,
+            end: None,
         };
         let request = SendGoalRequest { goal_id: id, goal };
-        let asked = tokio::time::timeout_at(deadline, async {
-            let _turn = shared.sending.lock().await;
-            shared.ends.goal_client().async_call_service(request).await
-        });
-        match asked.await {
+        let client = shared.ends.goal_client();
+        let reply = shared.accepted.ask(client, request);
+        let mut asking = Asking {
+            shared: Arc::clone(shared),
+            id,
+            reply: Some(reply.map_err(|reason| shared.failed(reason))?),
+        };
+        let answer = asking.answer();
+        let answered = tokio::time::timeout_at(deadline, answer).await;
+        if answered.is_ok() {
+            asking.reply = None;
+        }
+        match answered {
             Ok(Ok(response)) if response.accepted => {
                 remote.result = Some(shared.ask_for_result(id)?);
                 Ok(Some(remote))
             }
             Ok(Ok(_)) => Ok(None),
-            Ok(Err(error)) => Err(shared.failed(error.to_string())),
-            Err(_) => {
-                // The first poll sends the request; the answer does not matter.
-                shared.ends.async_cancel_goal(id, Time::ZERO).now_or_never();
-                Err(shared.failed(format!(
-                    "no answer to a goal within {:.1} s",
-                    timeout.as_secs_f64()
-                )))
+            Ok(Err(reason)) => Err(shared.failed(reason)),
+            Err(_) => Err(shared.failed(format!(
+                "no answer to a goal within {:.1} s",
+                timeout.as_secs_f64()
+            ))),
+        }
+    }
+}
+
+/// A goal that a server has not answered yet. Dropped before, it is given up.
+struct Asking<G: ActionPart, R: ActionPart, F: ActionPart> {
+    shared: Arc<Shared<G, R, F>>,
+    id: GoalId,
+    reply: Option<Reply<RmwRequestId, SendGoalResponse>>,
+}
+
+impl<G: ActionPart, R: ActionPart, F: ActionPart> Asking<G, R, F> {
+    async fn answer(&mut self) -> Result<SendGoalResponse, String> {
+        let (shared, reply) = (&self.shared, &mut self.reply);
+        match reply {
+            Some(reply) => {
+                reply
+                    .wait(|| shared.accepted.take(shared.ends.goal_client()))
+                    .await
             }
+            None => std::future::pending().await,
+        }
+    }
+}
+
+impl<G: ActionPart, R: ActionPart, F: ActionPart> Drop for Asking<G, R, F> {
+    fn drop(&mut self) {
+        if let Some(reply) = self.reply.take() {
+            let (shared, id) = (&self.shared, self.id);
+            // The server may have accepted it by now, or may do so at any time; its answer to this does not matter.
+            drop(shared.ask_to_cancel(id));
+            let until = Instant::now() + GIVEN_UP;
+            shared.book().given_up.push(GivenUp { id, reply, until });
+            shared.due.notify_one();
         }
     }
 }
@@ -171,8 +232,10 @@ where
 pub struct RemoteGoal<G: ActionPart, R: ActionPart, F: ActionPart> {
     shared: Arc<Shared<G, R, F>>,
     id: GoalId,
-    feedback: mpsc::UnboundedReceiver<F>,
-    result: Option<(RmwRequestId, oneshot::Receiver<(GoalStatus, R)>)>,
+    feedback: broadcast::Receiver<F>,
+    result: Option<Reply<RmwRequestId, GetResultResponse<R>>>,
+    /// The result is there, and so many feedbacks came before it.
+    end: Option<(GetResultResponse<R>, usize)>,
 }
 
 /// What is heard of a goal.
@@ -195,20 +258,36 @@ where
         self.id
     }
 
-    /// What is heard next; nothing any more after its end. Cancelling the future loses nothing.
+    /// What is heard next; nothing any more after its end. Cancelling the future loses nothing. The end comes after the
+    /// feedback that was there before it, and no later, however fast feedback comes.
     pub async fn next(&mut self) -> GoalNews<R, F> {
-        let Some((_, result)) = &mut self.result else {
-            return std::future::pending().await;
-        };
-        tokio::select! {
-            biased;
-            Some(feedback) = self.feedback.recv() => GoalNews::Feedback(feedback),
-            ended = result => {
-                self.result = None;
-                match ended {
-                    Ok((status, result)) => GoalNews::Ended(status, result),
-                    // The node has ended, and its tasks with it.
-                    Err(_) => std::future::pending().await,
+        loop {
+            if let Some((_, before)) = &mut self.end {
+                if let Some(rest) = before.checked_sub(1) {
+                    *before = rest;
+                    if let Ok(feedback) = self.feedback.try_recv() {
+                        return GoalNews::Feedback(feedback);
+                    }
+                    continue;
+                }
+                if let Some((GetResultResponse { status, result }, _)) = self.end.take() {
+                    return GoalNews::Ended(status, result);
+                }
+            }
+            let Some(result) = &mut self.result else {
+                return std::future::pending().await;
+            };
+            tokio::select! {
+                biased;
+                ended = result.delivered() => {
+                    self.result = None;
+                    self.end = Some((ended, self.feedback.len()));
+                }
+                feedback = self.feedback.recv() => match feedback {
+                    Ok(feedback) => return GoalNews::Feedback(feedback),
+                    Err(broadcast::error::RecvError::Lagged(lost)) => self.shared.overflow.count(lost),
+                    // The sender stays in the book as long as this goal.
+                    Err(broadcast::error::RecvError::Closed) => std::future::pending().await,
                 }
             }
         }
@@ -223,53 +302,61 @@ where
         }
     }
 
-    /// Asks to cancel it. Where that is granted, it ends soon, and not always as cancelled.
+    /// Asks to cancel it, at once; the future waits for the answer. Where that is granted, it ends soon, and not always as
+    /// cancelled.
     ///
     /// # Errors
     /// [`Error::Service`] where there is no answer within `timeout`.
-    pub async fn cancel(&self, timeout: Duration) -> Result<CancelReturn> {
-        let shared = &self.shared;
-        let asked = tokio::time::timeout(timeout, async {
-            let _turn = shared.cancelling.lock().await;
-            shared.ends.async_cancel_goal(self.id, Time::ZERO).await
-        });
-        match asked.await {
-            Ok(Ok(response)) => Ok(response.return_code),
-            Ok(Err(error)) => Err(shared.failed(error.to_string())),
-            Err(_) => Err(shared.failed(format!(
-                "no answer to a cancel within {:.1} s",
-                timeout.as_secs_f64()
-            ))),
+    pub fn cancel(
+        &self,
+        timeout: Duration,
+    ) -> impl Future<Output = Result<CancelReturn>> + Send + use<G, R, F> {
+        let shared = Arc::clone(&self.shared);
+        let asked = shared.ask_to_cancel(self.id);
+        async move {
+            let mut reply = asked.map_err(|reason| shared.failed(reason))?;
+            let answer = reply.wait(|| shared.cancelled.take(shared.ends.cancel_client()));
+            match tokio::time::timeout(timeout, answer).await {
+                Ok(Ok(response)) => Ok(response.return_code),
+                Ok(Err(reason)) => Err(shared.failed(reason)),
+                Err(_) => Err(shared.failed(format!(
+                    "no answer to a cancel within {:.1} s",
+                    timeout.as_secs_f64()
+                ))),
+            }
         }
     }
 }
 
 impl<G: ActionPart, R: ActionPart, F: ActionPart> Drop for RemoteGoal<G, R, F> {
     fn drop(&mut self) {
-        let mut book = self.shared.book();
-        book.feedback.remove(&self.id);
-        if let Some((request, _)) = &self.result {
-            book.results.remove(request);
-        }
+        self.shared.book().feedback.remove(&self.id);
     }
 }
 
-/// Hands on what comes.
+/// Hands on what comes. Looks for results go on at their pace however fast feedback comes.
 async fn pump<G, R, F>(shared: Arc<Shared<G, R, F>>)
 where
     G: ActionPart,
     R: ActionPart,
     F: ActionPart,
 {
+    let mut looks = tokio::time::interval(RESULT_POLL);
+    looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
+        let is_due = shared.is_due();
         tokio::select! {
             message = shared.next_feedback() => {
                 if let Some(sender) = shared.book().feedback.get(&message.goal_id) {
+                    // The goal holds the receiver as long as it is in the book.
                     sender.send(message.feedback).ok();
                 }
             }
-            () = shared.time_to_look() => shared.take_results(),
+            _ = looks.tick(), if is_due => shared.look(),
+            () = shared.due.notified(), if !is_due => {}
         }
+        // Where feedback is always there, nobody else on this thread would get a turn.
+        tokio::task::consume_budget().await;
     }
 }
 
@@ -280,7 +367,7 @@ where
     F: ActionPart,
 {
     // Every change under the lock is a single insertion or removal, so a panic elsewhere leaves it whole.
-    fn book(&self) -> MutexGuard<'_, Book<R, F>> {
+    fn book(&self) -> MutexGuard<'_, Book<F>> {
         self.book.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -291,50 +378,54 @@ where
         }
     }
 
-    /// Sends the request under the lock, so that no answer comes before its waiter is noted.
-    fn ask_for_result(
+    fn ask_for_result(&self, goal_id: GoalId) -> Result<Reply<RmwRequestId, GetResultResponse<R>>> {
+        let request = GetResultRequest { goal_id };
+        let reply = self.results.ask(self.ends.result_client(), request);
+        let reply = reply.map_err(|reason| self.failed(reason))?;
+        self.due.notify_one();
+        Ok(reply)
+    }
+
+    fn ask_to_cancel(
         &self,
         goal_id: GoalId,
-    ) -> Result<(RmwRequestId, oneshot::Receiver<(GoalStatus, R)>)> {
-        let mut book = self.book();
-        let sent = self
-            .ends
-            .result_client()
-            .async_send_request(GetResultRequest { goal_id });
-        let request = match sent.now_or_never() {
-            Some(Ok(request)) => request,
-            Some(Err(error)) => return Err(self.failed(error.to_string())),
-            None => return Err(self.failed("the server does not acknowledge".to_owned())),
-        };
-        let (sender, receiver) = oneshot::channel();
-        book.results.insert(request, sender);
-        self.result_due.notify_one();
-        Ok((request, receiver))
+    ) -> Result<Reply<RmwRequestId, CancelGoalResponse>, String> {
+        let request = cancel_request(goal_id)?;
+        self.cancelled.ask(self.ends.cancel_client(), request)
     }
 
-    async fn time_to_look(&self) {
-        if self.book().results.is_empty() {
-            self.result_due.notified().await;
+    fn is_due(&self) -> bool {
+        !self.results.is_empty() || !self.book().given_up.is_empty()
+    }
+
+    /// Takes the results that have come, and cancels what was accepted after it was given up.
+    fn look(&self) {
+        if let Err(error) = self.results.take(self.ends.result_client()) {
+            tracing::error!("{}: a result cannot be read: {error}", self.name);
         }
-        tokio::time::sleep(RESULT_POLL).await;
-    }
-
-    fn take_results(&self) {
-        let mut book = self.book();
-        loop {
-            match self.ends.result_client().receive_response() {
-                Ok(Some((request, GetResultResponse { status, result }))) => {
-                    if let Some(waiter) = book.results.remove(&request) {
-                        waiter.send((status, result)).ok();
-                    }
+        let mut given_up = std::mem::take(&mut self.book().given_up);
+        if given_up.is_empty() {
+            return;
+        }
+        if let Err(error) = self.accepted.take(self.ends.goal_client()) {
+            tracing::error!("{}: an answer cannot be read: {error}", self.name);
+        }
+        let now = Instant::now();
+        given_up.retain_mut(|goal| match goal.reply.try_wait() {
+            Some(answer) => {
+                if answer.accepted
+                    && let Err(reason) = self.ask_to_cancel(goal.id)
+                {
+                    tracing::error!(
+                        "{}: a goal that was given up cannot be cancelled: {reason}",
+                        self.name
+                    );
                 }
-                Ok(None) => return,
-                Err(error) => {
-                    tracing::error!("{}: a result cannot be read: {error}", self.name);
-                    return;
-                }
+                false
             }
-        }
+            None => now < goal.until,
+        });
+        self.book().given_up.append(&mut given_up);
     }
 
     async fn next_feedback(&self) -> FeedbackMessage<F> {
@@ -365,4 +456,14 @@ where
                 .iter()
                 .all(|topic| matched.has_publisher(&part(topic)))
     }
+}
+
+/// A request to cancel one goal. ros2-client keeps its field to itself, but not what it is on the wire.
+fn cancel_request(goal_id: GoalId) -> Result<CancelGoalRequest, String> {
+    let stamp = Time::ZERO;
+    let info = GoalInfo { goal_id, stamp };
+    let bytes = cdr_encoding::to_vec::<_, LittleEndian>(&info).map_err(|e| e.to_string())?;
+    let (request, _) = cdr_encoding::from_bytes::<CancelGoalRequest, LittleEndian>(&bytes)
+        .map_err(|e| e.to_string())?;
+    Ok(request)
 }

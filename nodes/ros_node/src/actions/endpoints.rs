@@ -15,7 +15,9 @@ use crate::qos::Qos;
 
 impl Node {
     /// The serving end of an action; `type_name` is e.g. `control_msgs/action/FollowJointTrajectory`. A remapping of the
-    /// action's name moves all its parts. It serves until the node ends.
+    /// action's name moves all its parts. It serves until the node ends, and rejects goals while the node is not active.
+    /// A goal whose handle is dropped is aborted with the result `abandoned`, for a default may say something else: often
+    /// that it was reached.
     ///
     /// # Errors
     /// [`Error::Name`] or [`Error::Create`].
@@ -23,13 +25,14 @@ impl Node {
         &self,
         name: &str,
         type_name: &str,
+        abandoned: R,
     ) -> Result<ActionServer<G, R, F>>
     where
         G: ActionPart,
         R: ActionPart,
         F: ActionPart,
     {
-        let service = || Qos::reliable(10).profile();
+        let service = || Qos::service().profile();
         let qos = ActionServerQosPolicies {
             goal_service: service(),
             result_service: service(),
@@ -40,7 +43,7 @@ impl Node {
         let (ends, name) = self.action_end(name, type_name, |ros, name, kind| {
             ros.create_action_server(ServiceMapping::Enhanced, name, kind, qos)
         })?;
-        Ok(ActionServer::start(self, ends, name))
+        Ok(ActionServer::start(self, ends, name, abandoned))
     }
 
     /// The asking end of an action; `type_name` is e.g. `control_msgs/action/FollowJointTrajectory`.
@@ -57,7 +60,7 @@ impl Node {
         R: ActionPart,
         F: ActionPart,
     {
-        let service = || Qos::reliable(10).profile();
+        let service = || Qos::service().profile();
         let qos = ActionClientQosPolicies {
             goal_service: service(),
             result_service: service(),

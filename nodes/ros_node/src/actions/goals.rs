@@ -12,6 +12,10 @@ use super::{GoalId, GoalStatus};
 
 /// How long a result is kept for those who ask late.
 pub(super) const KEPT: Duration = Duration::from_secs(15 * 60);
+/// Results that are kept at most; the oldest goes first.
+const MOST_KEPT: usize = 256;
+/// Who waits for the result of one goal, at most; the oldest request goes first.
+const MOST_ASKERS: usize = 64;
 
 struct Goal<Asker, R> {
     accepted_nanos: i64,
@@ -24,10 +28,16 @@ struct Goal<Asker, R> {
 }
 
 /// The goals of a server; `Asker` identifies who asked for a result.
+#[allow(
+    clippy::struct_field_names,
+    reason = "the goals of the goals, not of something else"
+)]
 pub(super) struct Goals<Asker, R> {
     goals: BTreeMap<GoalId, Goal<Asker, R>>,
     /// Requests that are neither accepted nor rejected yet.
     offered: BTreeSet<GoalId>,
+    /// Results and requests that had no room since the last call of [`Self::take_overflow`].
+    no_room: u64,
 }
 
 impl<Asker, R: Clone + Default> Goals<Asker, R> {
@@ -35,6 +45,7 @@ impl<Asker, R: Clone + Default> Goals<Asker, R> {
         Self {
             goals: BTreeMap::new(),
             offered: BTreeSet::new(),
+            no_room: 0,
         }
     }
 
@@ -102,6 +113,10 @@ impl<Asker, R: Clone + Default> Goals<Asker, R> {
                 ..
             }) => Some((*status, result.clone())),
             Some(goal) => {
+                if goal.askers.len() == MOST_ASKERS {
+                    goal.askers.remove(0);
+                    self.no_room += 1;
+                }
                 goal.askers.push(asker);
                 None
             }
@@ -137,6 +152,21 @@ impl<Asker, R: Clone + Default> Goals<Asker, R> {
                 .as_ref()
                 .is_none_or(|(_, ended)| now.duration_since(*ended) < KEPT)
         });
+        let ended = |(id, goal): (&GoalId, &Goal<Asker, R>)| {
+            let (_, ended) = goal.end.as_ref()?;
+            Some((*ended, *id))
+        };
+        let mut kept: Vec<(Instant, GoalId)> = self.goals.iter().filter_map(ended).collect();
+        kept.sort_unstable();
+        for (_, id) in kept.iter().take(kept.len().saturating_sub(MOST_KEPT)) {
+            self.goals.remove(id);
+            self.no_room += 1;
+        }
+    }
+
+    /// How many results and requests for them were forgotten before their time, for want of room, since the last call.
+    pub fn take_overflow(&mut self) -> u64 {
+        std::mem::take(&mut self.no_room)
     }
 
     pub fn statuses(&self) -> GoalStatusArray {
@@ -205,6 +235,33 @@ mod tests {
         assert_eq!(table.ask(id, 8), Some((GoalStatus::Succeeded, 42)));
         table.forget_old(now + KEPT);
         assert_eq!(table.ask(id, 8), Some((GoalStatus::Unknown, 0)));
+    }
+
+    /// What is kept has bounds, and what goes for want of room is counted.
+    #[test]
+    fn what_is_kept_has_bounds() {
+        let mut table = Table::new();
+        let now = Instant::now();
+        let goals: Vec<GoalId> = (0..MOST_KEPT + 3)
+            .map(|k| {
+                let (id, _) = running(&mut table, 1);
+                let ended = now + Duration::from_millis(k as u64);
+                table.end(id, GoalStatus::Succeeded, 42, ended);
+                id
+            })
+            .collect();
+        table.forget_old(now + KEPT / 2);
+        assert_eq!(table.take_overflow(), 3);
+        assert_eq!(status(&table, goals[2]), GoalStatus::Unknown);
+        assert_eq!(status(&table, goals[3]), GoalStatus::Succeeded);
+
+        let (id, _) = running(&mut table, 1);
+        for asker in 0..=MOST_ASKERS {
+            table.ask(id, u32::try_from(asker).unwrap_or(0));
+        }
+        let (_, askers) = table.end(id, GoalStatus::Succeeded, 1, now);
+        assert_eq!((askers.len(), askers[0]), (MOST_ASKERS, 1));
+        assert_eq!((table.take_overflow(), table.take_overflow()), (1, 0));
     }
 
     /// The four kinds of request, by id and by time of acceptance.

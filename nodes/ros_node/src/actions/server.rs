@@ -19,7 +19,12 @@ use tokio::sync::{mpsc, watch};
 use super::goals::Goals;
 use super::{ActionPart, GoalId, GoalStatus};
 use crate::clock::Clock;
+use crate::lifecycle::Gate;
 use crate::node::Node;
+use crate::overflow::Overflow;
+
+/// Goals that wait until they are taken; one more is rejected.
+const GOALS_WAITING: usize = 16;
 
 /// Serves one action, as rcl_action does: results are kept for a quarter of an hour, the status topic is latched and
 /// told at every change, an id is used once, and what is not finished when its handle is dropped is aborted. Every cancel
@@ -28,12 +33,17 @@ use crate::node::Node;
 /// Results and cancels are answered by a task of the node; new goals wait here until they are taken.
 pub struct ActionServer<G: ActionPart, R: ActionPart, F: ActionPart> {
     shared: Arc<Shared<G, R, F>>,
-    requests: mpsc::UnboundedReceiver<GoalRequest<G, R, F>>,
+    requests: mpsc::Receiver<GoalRequest<G, R, F>>,
 }
 
 struct Shared<G: ActionPart, R: ActionPart, F: ActionPart> {
     name: String,
     clock: Clock,
+    gate: Gate,
+    /// The result of goals whose handle is dropped.
+    abandoned: R,
+    /// What had no room: goals, answers, feedback, statuses.
+    overflow: Overflow,
     core: Mutex<Core<G, R, F>>,
 }
 
@@ -74,16 +84,21 @@ where
         node: &Node,
         ends: ros2_client::action::ActionServer<G, R, F>,
         name: String,
+        abandoned: R,
     ) -> Self {
         let shared = Arc::new(Shared {
+            overflow: Overflow::new(format!("action {name}")),
             name,
             clock: node.clock().clone(),
+            gate: node.gate().clone(),
+            abandoned,
             core: Mutex::new(Core {
                 ends,
                 goals: Goals::new(),
             }),
         });
-        let (sender, requests) = mpsc::unbounded_channel();
+        node.watch_overflow(&shared.overflow);
+        let (sender, requests) = mpsc::channel(GOALS_WAITING);
         node.spawn(drive(Arc::clone(&shared), sender));
         Self { shared, requests }
     }
@@ -177,7 +192,7 @@ where
     }
 }
 
-/// A goal under way. Dropped before it has ended it is aborted, with a default result.
+/// A goal under way. Dropped before it has ended it is aborted, with the result that the server has for that.
 pub struct GoalHandle<G: ActionPart, R: ActionPart, F: ActionPart> {
     shared: Arc<Shared<G, R, F>>,
     id: GoalId,
@@ -205,7 +220,7 @@ where
         let mut core = self.shared.core();
         let sent = core.ends.feedback_publisher().async_publish(message);
         if !matches!(sent.now_or_never(), Some(Ok(()))) {
-            tracing::debug!("{}: a feedback is dropped", self.shared.name);
+            self.shared.overflow.count(1);
         }
     }
 
@@ -258,21 +273,28 @@ where
 {
     fn drop(&mut self) {
         if self.open {
-            self.end(GoalStatus::Aborted, &R::default());
+            let abandoned = self.shared.abandoned.clone();
+            self.end(GoalStatus::Aborted, &abandoned);
         }
     }
 }
 
-async fn drive<G, R, F>(
-    shared: Arc<Shared<G, R, F>>,
-    requests: mpsc::UnboundedSender<GoalRequest<G, R, F>>,
-) where
+async fn drive<G, R, F>(shared: Arc<Shared<G, R, F>>, requests: mpsc::Sender<GoalRequest<G, R, F>>)
+where
     G: ActionPart,
     R: ActionPart,
     F: ActionPart,
 {
     loop {
         match std::future::poll_fn(|context| shared.poll(context)).await {
+            // It would be begun much later, on activation.
+            Arrival::Goal(request, _) if !shared.gate.is_open() => {
+                tracing::warn!(
+                    "{}: a goal is rejected: the node is not active",
+                    shared.name
+                );
+                shared.answer_goal(&mut shared.core(), request, None);
+            }
             Arrival::Goal(request, wanted) => {
                 if !shared.core().goals.offer(wanted.goal_id) {
                     tracing::warn!(
@@ -291,7 +313,10 @@ async fn drive<G, R, F>(
                 };
                 // Where nobody takes goals any more, the request comes back, is dropped and so rejected.
                 let goal = wanted.goal;
-                drop(requests.send(GoalRequest { goal, answer }));
+                let waits = requests.try_send(GoalRequest { goal, answer });
+                if let Err(mpsc::error::TrySendError::Full(_)) = &waits {
+                    shared.overflow.count(1);
+                }
             }
             Arrival::Cancel(request, wanted) => shared.cancel(request, &wanted),
             Arrival::Result(request, wanted) => {
@@ -300,6 +325,8 @@ async fn drive<G, R, F>(
                 if let Some((status, result)) = core.goals.ask(wanted.goal_id, request) {
                     shared.answer_result(&mut core, request, status, result);
                 }
+                let forgotten = core.goals.take_overflow();
+                shared.overflow.count(forgotten);
             }
             Arrival::Nothing => {}
         }
@@ -405,7 +432,7 @@ where
         let statuses = core.goals.statuses();
         let sent = core.ends.my_status_publisher().async_publish(statuses);
         if !matches!(sent.now_or_never(), Some(Ok(()))) {
-            tracing::warn!("{}: a status is dropped", self.name);
+            self.overflow.count(1);
         }
     }
 
@@ -419,10 +446,8 @@ where
                     self.name
                 );
             }
-            None => tracing::warn!(
-                "{}: the answer to {what} request is dropped: a client does not acknowledge",
-                self.name
-            ),
+            // A client does not acknowledge.
+            None => self.overflow.count(1),
         }
     }
 }

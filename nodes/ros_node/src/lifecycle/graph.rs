@@ -83,17 +83,17 @@ pub(super) fn transition(from: StateId, id: u8) -> Option<TransitionDescription>
     TRANSITIONS.iter().find(of).map(description)
 }
 
-/// What a request means at `from`: by its number, or by its name where the number is 0, as rclcpp reads it. Outcomes of
-/// steps cannot be asked for.
+/// What a request means at `from`, as rclcpp and rclpy read it: a label takes precedence, for `ros2 service call` leaves
+/// the number 0 where only a label is given; without a label the number counts. Outcomes of steps cannot be asked for.
 pub(super) fn requested(from: StateId, wanted: &Transition) -> Option<TransitionDescription> {
     const PUBLIC: u8 = 10;
     let of = |t: &&(u8, &str, StateId, StateId)| {
         t.2 == from
             && t.0 < PUBLIC
-            && if wanted.id == 0 {
-                t.1 == wanted.label
-            } else {
+            && if wanted.label.is_empty() {
                 t.0 == wanted.id
+            } else {
+                t.1 == wanted.label
             }
     };
     TRANSITIONS.iter().find(of).map(description)
@@ -104,7 +104,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// A request goes by number, without one by name, and only from where the transition begins.
+    /// A request goes by its label, without one by its number, and only from where the transition begins.
     #[test]
     fn requests_are_read_as_rclcpp_reads_them() {
         let wanted = |id, label: &str| Transition {
@@ -120,6 +120,14 @@ mod tests {
             goal(State::ACTIVE, &wanted(0, "shutdown")).unwrap(),
             "shuttingdown"
         );
+        // A label beside a number: rclcpp looks at the label alone.
+        assert_eq!(
+            goal(State::ACTIVE, &wanted(4, "shutdown")).unwrap(),
+            "shuttingdown"
+        );
+        assert_eq!(goal(State::ACTIVE, &wanted(4, "dance")), None);
+        assert_eq!(goal(State::ACTIVE, &wanted(0, "")), None);
+        assert_eq!(goal(State::ACTIVE, &wanted(4, "")).unwrap(), "deactivating");
         assert_eq!(goal(State::ACTIVE, &wanted(1, "configure")), None);
         assert_eq!(goal(State::CONFIGURING, &wanted(10, "")), None);
     }

@@ -6,16 +6,20 @@
 //!
 //! | step | what happens |
 //! | --- | --- |
-//! | configure | the node's main function is started; it succeeds when that calls [`crate::Node::set_ready`], fails where that ends with an error |
-//! | activate | the gate opens: subscriptions give out messages, publishers publish |
-//! | deactivate | the gate closes: messages wait in the readers' caches as deep as these are, publishers are silent, diagnostics say "inactive" |
-//! | cleanup | the main function is dropped, with its endpoints, tasks and diagnostics |
+//! | configure | the node's main function is started; it succeeds when that calls [`crate::Node::set_ready`], fails where that ends with an error or is not ready in time ([`crate::NodeBuilder::configure_within`]) |
+//! | activate | the gate opens: subscriptions give out what comes from now on, publishers publish, actions take goals. What came while the node was inactive is passed over and counted, but of transient local topics, whose last messages are the present state |
+//! | deactivate | the main function puts things in order first ([`crate::Endings`]); where it cannot, the node stays active. Then the gate closes: publishers are silent, goals are rejected, diagnostics say "inactive" |
+//! | cleanup | the main function puts things in order, and is dropped, with its endpoints, tasks and diagnostics |
 //! | shutdown | the same from any state; the node stays, finalized, until it is told to end |
+//! | a signal | the same, and the process ends |
 //! | an error of the main function at work | error processing: it is dropped as in cleanup, and the node is unconfigured. A node that came up by itself has nobody to configure it again: it ends with a FATAL line and status 1 |
+//!
+//! While a transition is under way every other request is answered at once, with "no".
 
 mod graph;
 mod services;
 
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
@@ -23,11 +27,15 @@ use ros2_interfaces::lifecycle_msgs::{State, Transition, TransitionEvent};
 use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::clock::system_nanos;
+use crate::overflow::Overflow;
 
 pub(crate) use services::serve;
 
 /// Name of the parameter that lets a managed node come up active without a manager.
 pub const LIFECYCLE_AUTOSTART: &str = "lifecycle_autostart";
+
+/// Requests and announcements of transitions that wait for their turn.
+const QUEUE: usize = 32;
 
 /// Whether an inactive node's endpoints do anything.
 #[derive(Clone, Debug)]
@@ -38,6 +46,8 @@ pub(crate) struct Gate {
 #[derive(Debug)]
 struct GateState {
     open: watch::Sender<bool>,
+    /// When it was opened last, in system time; 0 where it has been open from the beginning.
+    opened_nanos: AtomicI64,
     waiting: Mutex<Vec<Waker>>,
 }
 
@@ -47,6 +57,7 @@ impl Gate {
         Self {
             shared: Arc::new(GateState {
                 open: watch::Sender::new(true),
+                opened_nanos: AtomicI64::new(0),
                 waiting: Mutex::default(),
             }),
         }
@@ -54,6 +65,11 @@ impl Gate {
 
     pub(crate) fn is_open(&self) -> bool {
         *self.shared.open.borrow()
+    }
+
+    /// When it was opened last, in system time \[ns\]; 0 where it has been open from the beginning.
+    pub(crate) fn opened_nanos(&self) -> i64 {
+        self.shared.opened_nanos.load(Ordering::Acquire)
     }
 
     /// Waits until it is open.
@@ -82,6 +98,10 @@ impl Gate {
     }
 
     fn set(&self, open: bool) {
+        if open && !self.is_open() {
+            let now = system_nanos();
+            self.shared.opened_nanos.store(now, Ordering::Release);
+        }
         self.shared.open.send_replace(open);
         if open {
             let waiting = std::mem::take(&mut *self.waiting());
@@ -112,15 +132,16 @@ pub(crate) struct Lifecycle {
     gate: Gate,
     requests: mpsc::Sender<Request>,
     inbox: Mutex<Option<mpsc::Receiver<Request>>>,
-    events: mpsc::UnboundedSender<TransitionEvent>,
-    outbox: Mutex<Option<mpsc::UnboundedReceiver<TransitionEvent>>>,
+    events: mpsc::Sender<TransitionEvent>,
+    outbox: Mutex<Option<mpsc::Receiver<TransitionEvent>>>,
+    overflow: Overflow,
 }
 
 impl Lifecycle {
     /// Unconfigured, with an open gate.
     pub(crate) fn new() -> Self {
-        let (requests, inbox) = mpsc::channel(10);
-        let (events, outbox) = mpsc::unbounded_channel();
+        let (requests, inbox) = mpsc::channel(QUEUE);
+        let (events, outbox) = mpsc::channel(QUEUE);
         Self {
             state: watch::Sender::new(State::UNCONFIGURED),
             gate: Gate::opened(),
@@ -128,7 +149,13 @@ impl Lifecycle {
             inbox: Mutex::new(Some(inbox)),
             events,
             outbox: Mutex::new(Some(outbox)),
+            overflow: Overflow::new("transition events"),
         }
+    }
+
+    /// Counts the transitions that could not be announced.
+    pub(crate) fn overflow(&self) -> &Overflow {
+        &self.overflow
     }
 
     pub(crate) fn gate(&self) -> &Gate {
@@ -153,11 +180,12 @@ impl Lifecycle {
             .take()
     }
 
-    fn take_events(&self) -> Option<mpsc::UnboundedReceiver<TransitionEvent>> {
-        self.outbox
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
+    fn outbox(&self) -> MutexGuard<'_, Option<mpsc::Receiver<TransitionEvent>>> {
+        self.outbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take_events(&self) -> Option<mpsc::Receiver<TransitionEvent>> {
+        self.outbox().take()
     }
 
     /// The transition that a request means here and now.
@@ -180,15 +208,18 @@ impl Lifecycle {
             taken.start_state.label,
             taken.goal_state.label
         );
-        // Nobody listens any more at the very end.
-        self.events
-            .send(TransitionEvent {
-                timestamp: u64::try_from(system_nanos()).unwrap_or(0),
-                transition: taken.transition,
-                start_state: taken.start_state,
-                goal_state: taken.goal_state,
-            })
-            .ok();
+        let event = TransitionEvent {
+            timestamp: u64::try_from(system_nanos()).unwrap_or(0),
+            transition: taken.transition,
+            start_state: taken.start_state,
+            goal_state: taken.goal_state,
+        };
+        // A node that is not managed announces nothing, and at the very end nobody listens any more.
+        if let Err(mpsc::error::TrySendError::Full(_)) = self.events.try_send(event)
+            && self.outbox().is_none()
+        {
+            self.overflow.count(1);
+        }
     }
 
     /// Opens or closes the gate.

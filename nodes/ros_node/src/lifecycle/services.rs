@@ -1,5 +1,7 @@
 //! The services and the topic of a managed node.
 
+use futures::stream::FuturesUnordered;
+use futures::{FutureExt, StreamExt};
 use ros2_interfaces::lifecycle_msgs::{
     ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableStatesResponse,
     GetAvailableTransitionsResponse, GetStateResponse, TransitionEvent,
@@ -55,7 +57,7 @@ pub(crate) fn serve(node: &Node) -> Result<()> {
         node.ungated_publisher::<TransitionEvent>("~/transition_event", Qos::reliable(10))?;
     node.spawn(async move {
         while let Some(event) = events.recv().await {
-            publisher.publish(event);
+            publisher.publish(event).left_to_diagnostics();
         }
     });
     Ok(())
@@ -68,23 +70,30 @@ fn transitions(of: impl Fn(u8) -> bool) -> GetAvailableTransitionsResponse {
     }
 }
 
-/// Requests are answered when their transition is over; one after the other, as they come.
+/// A request is answered when its transition is over. Meanwhile others are taken, so that one that lasts leaves nobody without
+/// an answer.
 fn serve_changes(node: &Node, kind: &str) -> Result<()> {
     let service =
         node.service::<ChangeStateRequest, ChangeStateResponse>("~/change_state", kind)?;
     let own = node.clone();
     node.spawn(async move {
+        let mut under_way = FuturesUnordered::new();
         loop {
-            let (id, request) = service.recv().await;
-            let (answer, answered) = oneshot::channel();
-            let transition = request.transition;
-            own.lifecycle()
-                .requests
-                .send(Request { transition, answer })
-                .await
-                .ok();
-            let success = answered.await.unwrap_or(false);
-            service.respond(id, ChangeStateResponse { success }).await;
+            tokio::select! {
+                (id, request) = service.recv() => {
+                    let (answer, answered) = oneshot::channel();
+                    let transition = request.transition;
+                    let asked = own.lifecycle().requests.try_send(Request { transition, answer });
+                    if asked.is_err() {
+                        tracing::warn!("~/change_state: refused: too many requests wait already");
+                    }
+                    // Of a request that was refused the other end is gone.
+                    under_way.push(answered.map(move |answer| (id, answer.unwrap_or(false))));
+                }
+                Some((id, success)) = under_way.next() => {
+                    service.respond(id, ChangeStateResponse { success });
+                }
+            }
         }
     });
     Ok(())

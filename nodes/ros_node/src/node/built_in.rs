@@ -49,7 +49,7 @@ impl Node {
         let publisher = self.ungated_publisher("/rosout", qos)?;
         self.spawn(async move {
             while let Some(line) = lines.recv().await {
-                publisher.publish(line);
+                publisher.publish(line).left_to_diagnostics();
             }
         });
         Ok(())
@@ -128,6 +128,13 @@ impl Shared {
                     .worsened(Level::Warn, &format!("{topic}: {lost} messages lost"))
                     .with(&format!("{topic} lost"), lost);
             }
+            // What was passed over was meant to be.
+            if subscription.passed_over() > 0 {
+                report = report.with(
+                    &format!("{topic} passed over while inactive"),
+                    subscription.passed_over(),
+                );
+            }
             if bad > 0 {
                 report = report
                     .worsened(
@@ -136,6 +143,24 @@ impl Shared {
                     )
                     .with(&format!("{topic} undecodable"), bad);
             }
+        }
+        let mut queues: Vec<(String, u64)> = self
+            .overflows()
+            .iter()
+            .map(|overflow| (overflow.queue().to_owned(), overflow.total()))
+            .collect();
+        queues.push((
+            "transition events".to_owned(),
+            self.lifecycle.overflow().total(),
+        ));
+        queues.push(("/rosout".to_owned(), crate::logging::rosout_overflow()));
+        for (queue, count) in queues.iter().filter(|(_, count)| *count > 0) {
+            report = report
+                .worsened(
+                    Level::Warn,
+                    &format!("{queue}: {count} entries had no room in the queue"),
+                )
+                .with(&format!("{queue} overflowed"), count);
         }
         for (topic, why) in self.graph.incompatible() {
             report = report

@@ -97,7 +97,7 @@ impl Node {
                 reason: error.to_string(),
             })?;
         let graph = Arc::clone(&self.shared.graph);
-        let publisher = Publisher::new(writer, &topic, graph, gate.clone());
+        let publisher = Publisher::new(writer, &topic, graph, gate.clone(), qos.transient_local);
         self.endpoints()
             .publishers
             .push(Arc::downgrade(&publisher.statistics()));

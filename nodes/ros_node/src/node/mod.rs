@@ -6,6 +6,7 @@ mod services;
 
 use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
 
 use ros2_client::{Context, NodeName, NodeOptions};
 use ros2_interfaces::Registry;
@@ -16,10 +17,12 @@ use tokio::task::JoinHandle;
 use crate::builder::Startup;
 use crate::clock::Clock;
 use crate::diagnostics::Diagnostics;
+use crate::ending::{Endings, Parties};
 use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::lifecycle::{Gate, Lifecycle};
 use crate::names::{NameKind, NodeIdentity, RemapRule, resolve};
+use crate::overflow::Overflow;
 use crate::parameters::{FromValue, Parameters, USE_SIM_TIME};
 use crate::publisher::PublisherStatistics;
 use crate::shutdown::Shutdown;
@@ -46,6 +49,8 @@ struct Shared {
     lifecycle: Lifecycle,
     ready: watch::Sender<bool>,
     endpoints: Mutex<Endpoints>,
+    overflows: Mutex<Vec<Overflow>>,
+    parties: Parties,
     tasks: Mutex<Tasks>,
     // Dropped last: endpoints that outlive their participant complain.
     participant: DomainParticipant,
@@ -69,6 +74,15 @@ struct Endpoints {
     subscriptions: Vec<Weak<SubscriptionStatistics>>,
 }
 
+impl Shared {
+    // Lists are changed in single steps, so a panic elsewhere leaves them whole.
+    fn overflows(&self) -> MutexGuard<'_, Vec<Overflow>> {
+        self.overflows
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 impl std::fmt::Debug for Shared {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Node")
@@ -88,6 +102,7 @@ impl Node {
             parameters,
             environment,
             managed,
+            limits: _,
             types,
         } = startup;
         let creating = |what: String| {
@@ -125,6 +140,8 @@ impl Node {
                 lifecycle: Lifecycle::new(),
                 ready: watch::Sender::new(false),
                 endpoints: Mutex::default(),
+                overflows: Mutex::default(),
+                parties: Parties::default(),
                 tasks: Mutex::default(),
             }),
         };
@@ -286,7 +303,25 @@ impl Node {
         self.shared.ready.send_replace(false);
         let tasks = std::mem::take(&mut self.tasks().main);
         end(tasks).await;
+        self.shared.parties.forget();
         self.diagnostics().clear();
+    }
+
+    /// What is to be put in order before the node stops being active: the endings, each of which waits up to `limit` for this
+    /// main function.
+    pub fn endings(&self, limit: Duration) -> Endings {
+        self.shared.parties.join(limit)
+    }
+
+    pub(crate) fn parties(&self) -> &Parties {
+        &self.shared.parties
+    }
+
+    /// Lets the diagnostics tell what a queue had no room for, as long as somebody else holds the counter.
+    pub fn watch_overflow(&self, overflow: &Overflow) {
+        let mut overflows = self.shared.overflows();
+        overflows.retain(Overflow::is_shared);
+        overflows.push(overflow.clone());
     }
 
     pub(crate) fn graph(&self) -> Arc<Graph> {

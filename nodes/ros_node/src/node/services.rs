@@ -29,7 +29,9 @@ impl Node {
             self.service_end(name, type_name, |ros, mapping, name, kind, qos| {
                 ros.create_server(mapping, name, kind, qos.clone(), qos)
             })?;
-        Ok(Service::new(server, name))
+        let service = Service::new(server, name);
+        self.watch_overflow(service.overflow());
+        Ok(service)
     }
 
     /// Answers every request of a service by `handler`, until the node ends. The handler must not block for long;
@@ -52,7 +54,7 @@ impl Node {
             loop {
                 let (id, request) = service.recv().await;
                 let response = handler(request);
-                service.respond(id, response).await;
+                service.respond(id, response);
             }
         });
         Ok(())
@@ -135,7 +137,7 @@ impl Node {
         let dds_name = Name::parse(&name).map_err(|error| failed(error.to_string()))?;
         let (package, kind) = type_parts(type_name, "srv").map_err(failed)?;
         let kind = ServiceTypeName::new(package, kind);
-        let qos = Qos::reliable(10).profile();
+        let qos = Qos::service().profile();
         let end = create(
             &mut self.ros(),
             ServiceMapping::Enhanced,

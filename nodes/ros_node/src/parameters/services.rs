@@ -84,7 +84,9 @@ pub(crate) fn serve(node: &Node) -> Result<()> {
         .iter()
         .filter_map(|p| Some((p.name().to_owned(), node.parameters().value(p.name())?)))
         .collect();
-    events.publish(event(node, all, Vec::new()));
+    events
+        .publish(event(node, all, Vec::new()))
+        .left_to_diagnostics();
     Ok(())
 }
 
@@ -152,7 +154,9 @@ fn set(
                 .into_iter()
                 .filter_map(|(name, value)| Some((name, value?)))
                 .collect();
-            events.publish(event(node, Vec::new(), changed));
+            events
+                .publish(event(node, Vec::new(), changed))
+                .left_to_diagnostics();
             raw::SetParametersResult {
                 successful: true,
                 reason: String::new(),

@@ -1,7 +1,9 @@
 //! The processes of the demo: started from beside this executable, watched, and ended without a trace.
 
 use std::fs::File;
+use std::future::Future;
 use std::path::{Path, PathBuf};
+use std::pin::{Pin, pin};
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
@@ -9,8 +11,8 @@ use anyhow::{Context, Result, bail, ensure};
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::process::{Child, Command};
 
-/// Time a process has to end by itself after SIGINT.
-const GRACE: Duration = Duration::from_secs(5);
+/// Time a node has to end by itself after SIGINT: a table that turns is stopped first.
+const GRACE: Duration = Duration::from_secs(15);
 /// The process whose end is the end of the run.
 const SIMULATOR: &str = "imu_simulator";
 
@@ -115,24 +117,26 @@ impl Fleet {
         Ok(done)
     }
 
-    /// Ends every process that still runs: SIGINT to the nodes, then to the recorder, SIGKILL to whoever does not listen.
+    /// Ends every process that still runs: SIGINT to the nodes, then to the recorder. A node that does not listen gets SIGKILL
+    /// after a while; the recorder may take as long as its disk does, unless `insisted` completes.
     ///
     /// # Errors
     /// Where the system does not let a process be waited for.
-    pub async fn end(&mut self) -> Result<Vec<Ended>> {
+    pub async fn end(&mut self, insisted: impl Future<Output = ()>) -> Result<Vec<Ended>> {
+        let mut insisted = pin!(insisted);
         let (recorder, nodes): (Vec<_>, Vec<_>) = self
             .running
             .iter_mut()
             .partition(|process| process.name == "recorder");
-        for group in [nodes, recorder] {
+        for (group, grace) in [(nodes, Some(GRACE)), (recorder, None)] {
             let mut group = group;
             for process in &mut group {
                 process.look()?;
                 process.interrupt();
             }
-            let deadline = tokio::time::Instant::now() + GRACE;
+            let deadline = grace.map(|grace| tokio::time::Instant::now() + grace);
             for process in group {
-                process.wait(deadline).await?;
+                process.wait(deadline, insisted.as_mut()).await?;
             }
         }
         Ok(self
@@ -173,12 +177,27 @@ impl Running {
         }
     }
 
-    async fn wait(&mut self, deadline: tokio::time::Instant) -> Result<()> {
+    async fn wait(
+        &mut self,
+        deadline: Option<tokio::time::Instant>,
+        insisted: Pin<&mut impl Future<Output = ()>>,
+    ) -> Result<()> {
         if self.status.is_some() {
             return Ok(());
         }
-        let in_time = tokio::time::timeout_at(deadline, self.child.wait()).await;
-        let status = if let Ok(status) = in_time {
+        let patience = async {
+            match deadline {
+                Some(deadline) => tokio::time::sleep_until(deadline).await,
+                None => std::future::pending().await,
+            }
+        };
+        let in_time = tokio::select! {
+            biased;
+            status = self.child.wait() => Some(status),
+            () = patience => None,
+            () = insisted => None,
+        };
+        let status = if let Some(status) = in_time {
             status
         } else {
             self.killed = true;

@@ -149,7 +149,13 @@ async fn supervise(args: &Options) -> Result<crate::Outcome> {
         _ = terminate.recv() => Ok(None),
     };
     // Whatever happened, nothing stays behind.
-    let ended = fleet.end().await;
+    let insisted = async {
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+        }
+    };
+    let ended = fleet.end(insisted).await;
     let Some(work) = outcome? else {
         eprintln!(
             "interrupted; every process has been ended, logs are in {}",

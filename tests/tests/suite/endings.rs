@@ -1,0 +1,91 @@
+//! What a node leaves behind when it ends: a table at rest, a whole bag.
+#![allow(clippy::unwrap_used)]
+
+use std::process::Command;
+use std::time::Duration;
+
+use ros2_interfaces::sensor_msgs::JointState;
+use suite_tests::{Program, Scene, isolated, messages, repository, rotary_sins, skip};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn interrupted_in_a_turn(interface: &str) {
+    let mut scene = Scene::new(&format!("stopped_by_{interface}"));
+    let recording = scene.record("recording", &["/turntable/joint_states"]);
+    let mut table =
+        scene.start_apart(&Program::new("imu_simulator").parameter("imu_rate_hz", "50.0"));
+    let mut sequencer = scene.start_apart(
+        &Program::new("scheme_sequencer")
+            .parameter("table_interface", interface)
+            .parameter("dwell_s", "0.5")
+            .parameter("command_lead_s", "0.0"),
+    );
+    sequencer.wait_for_line("to 180.000 deg", PATIENCE);
+    // Some degrees on its way, whatever the machine does meanwhile: a rotation takes 38 s.
+    std::thread::sleep(Duration::from_secs(4));
+    sequencer.interrupt();
+    assert!(
+        sequencer.log().contains("the table rests at"),
+        "{}",
+        sequencer.log()
+    );
+    table.interrupt();
+    scene.end();
+    let states: Vec<JointState> = messages(&recording, "/turntable/joint_states");
+    let last = states.last().unwrap();
+    let outer_deg = last.position[0]
+        .to_degrees()
+        .abs()
+        .max(last.position[1].to_degrees().abs());
+    assert_eq!(last.velocity, [0.0, 0.0]);
+    assert!(outer_deg > 1.0 && outer_deg < 170.0, "{outer_deg} deg");
+}
+
+/// Ctrl-C at a sequencer in a turn stops the table and holds it, whichever way it is moved.
+#[test]
+fn an_interrupted_sequencer_stops_the_table() {
+    isolated(|| {
+        interrupted_in_a_turn("topic");
+        interrupted_in_a_turn("action");
+    });
+}
+
+/// Ctrl-C at a recorder on a slow disk, several seconds for every write: the bag is whole, with its `metadata.yaml`, and the
+/// status is 0.
+#[test]
+fn a_recorder_ends_its_bag_on_a_slow_disk() {
+    isolated(|| {
+        let scene = Scene::new("slow_disk");
+        let library = scene.folder().join("slow_write.so");
+        let built = Command::new("cc")
+            .args(["-shared", "-fPIC", "-o"])
+            .arg(&library)
+            .arg(repository().join("tests/slow_disk/slow_write.c"))
+            .arg("-ldl")
+            .status();
+        if !built.is_ok_and(|status| status.success()) {
+            return skip("there is no C compiler to make a slow disk with");
+        }
+        let bag = scene.folder().join("bag");
+        let mut table =
+            scene.start_apart(&Program::new("imu_simulator").parameter("imu_rate_hz", "50.0"));
+        let mut recorder = scene.start_apart(
+            &Program::new("rotary-sins")
+                .label("recorder")
+                .args("record /imu/data_raw --output")
+                .arg(&bag)
+                .environment("LD_PRELOAD", library.to_str().unwrap()),
+        );
+        recorder.wait_for_line("recording /imu/data_raw", PATIENCE);
+        recorder.interrupt();
+        table.interrupt();
+        assert!(
+            recorder.log().contains("the disk is slow"),
+            "{}",
+            recorder.log()
+        );
+        assert!(bag.join("metadata.yaml").exists());
+        let told = rotary_sins(&["info", bag.to_str().unwrap()]).expect_status(0);
+        drop(told);
+    });
+}
