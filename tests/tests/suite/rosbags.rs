@@ -150,30 +150,28 @@ fn rosbags_reads_every_type() {
     }
 }
 
-/// The bags that ship, with their metadata, and the numbers of an Imu.
+/// A bag that ships, with its metadata, and the numbers of every Imu.
 #[test]
-fn rosbags_reads_the_samples() {
+fn rosbags_reads_a_sample() {
     let Some(python) = peer_python("kilted") else {
         return;
     };
-    for name in GOOD_SAMPLES {
-        let bag = sample(name);
-        let text = run(&python, READ, &bag);
-        let lines: Vec<&str> = text
-            .lines()
-            .filter(|line| line.starts_with("/imu/data_raw"))
-            .collect();
-        let ours: Vec<Imu> = messages(&bag, "/imu/data_raw");
-        assert_eq!(lines.len(), ours.len(), "{name}");
-        for (line, imu) in lines.iter().zip(&ours) {
-            let x = format!("x={:?},", imu.angular_velocity.x);
-            // Python writes an exponent of one digit with two.
-            let python = x.replace("e-", "e-0");
-            assert!(
-                line.contains(&x) || line.contains(&python),
-                "{name}: {x} is not in {line}"
-            );
-        }
+    let bag = sample("elsewhere");
+    let text = run(&python, READ, &bag);
+    let lines: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("/imu/data_raw"))
+        .collect();
+    let ours: Vec<Imu> = messages(&bag, "/imu/data_raw");
+    assert_eq!(lines.len(), ours.len());
+    for (line, imu) in lines.iter().zip(&ours) {
+        let x = format!("x={:?},", imu.angular_velocity.x);
+        // Python writes an exponent of one digit with two.
+        let python = x.replace("e-", "e-0");
+        assert!(
+            line.contains(&x) || line.contains(&python),
+            "{x} is not in {line}"
+        );
     }
 }
 
