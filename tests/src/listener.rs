@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ros_node::{Message, Node, NodeBuilder, Qos};
-use rotary_sins_msgs::RosMessage;
+use ros2_interfaces::RosMessage;
 
 /// Longest time that anything is waited for. It only ends what would never end: the slowest of these tests takes two minutes on
 /// a quiet machine, and a busy one may take its time.

@@ -6,11 +6,12 @@ use std::path::Path;
 
 use bags::{Bag, Selection, cdr};
 use ros_node::Qos;
-use rotary_sins_msgs::diagnostic_msgs::DiagnosticArray;
-use rotary_sins_msgs::geometry_msgs::TransformStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::tf2_msgs::TFMessage;
-use rotary_sins_msgs::{Calibration, RosMessage, SelfCalibrationEstimate, with_known_types};
+use ros2_interfaces::RosMessage;
+use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
+use ros2_interfaces::geometry_msgs::TransformStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::tf2_msgs::TFMessage;
+use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate, with_known_types};
 use serde_json::Value;
 
 use crate::bag_cache::{made_once, part_of};

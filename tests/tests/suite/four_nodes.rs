@@ -1,7 +1,7 @@
 //! The four nodes together, without a bag.
 
 use ros_node::Qos;
-use rotary_sins_msgs::diagnostic_msgs::DiagnosticArray;
+use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use suite_tests::{Listener, Program, Scene, isolated};
 

@@ -1,9 +1,9 @@
 //! Bags of our own simulator, replayed over DDS through the nodes in processes of their own.
 
 use ros_node::Qos;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::rosgraph_msgs::Clock;
-use rotary_sins_msgs::sensor_msgs::Imu;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::rosgraph_msgs::Clock;
+use ros2_interfaces::sensor_msgs::Imu;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use serde_json::Value;
 use suite_tests::{

@@ -3,16 +3,18 @@
 use std::path::Path;
 
 use bags::{BagWriter, NewTopic, Qos, WriteOptions};
-use rotary_sins_msgs::{
-    Calibration, KNOWN_TYPES, RosMessage, SchemeStatus, SelfCalibrationEstimate,
+use ros2_interfaces::{
+    RosMessage,
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
     geometry_msgs::{TransformStamped, TwistWithCovarianceStamped},
-    known_type,
     nav_msgs::Odometry,
     rosgraph_msgs::Clock,
     sensor_msgs::Imu,
     tf2_msgs::TFMessage,
     trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
+};
+use rotary_sins_msgs::{
+    Calibration, KNOWN_TYPES, SchemeStatus, SelfCalibrationEstimate, known_type,
 };
 use suite_tests::{
     Answer, GOOD_SAMPLES, Program, mcap_of, messages, peer_python, repository, sample, scratch,

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use ros_node::Qos;
+use ros2_interfaces::sensor_msgs::NavSatFix;
 use rotary_sins_msgs::SelfCalibrationEstimate;
-use rotary_sins_msgs::sensor_msgs::NavSatFix;
 use serde_json::Value;
 use suite_tests::{
     Answer, Listener, Program, Scene, Simulation, alter_imu, copy_bag, data_file, estimates,
