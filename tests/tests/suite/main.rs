@@ -26,4 +26,7 @@ mod real_data;
 mod replay;
 mod report_page;
 mod ros2_peers;
+mod rosbags;
 mod run_report;
+mod samples;
+mod shared_bags;
