@@ -6,13 +6,13 @@ use analysis::{Notes, SensorSource};
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
-use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
+use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{
     earth::Position,
     table::{Axis, Turntable},
 };
 
-use crate::progress::Progress;
+use crate::progress::SecondsBar;
 
 /// Samples handed over at once ...
 const BATCH: usize = 1024;
@@ -159,10 +159,10 @@ impl SensorInput {
         &self,
         bag: &Bag,
         title: &str,
-        mut take: impl FnMut(Sample, &Progress) -> Result<ControlFlow<()>, sins::Error>,
+        mut take: impl FnMut(Sample, &SecondsBar) -> Result<ControlFlow<()>, sins::Error>,
     ) -> anyhow::Result<Notes> {
         let mut stream = SensorStream::new(bag, &self.options())?;
-        let progress = Progress::new(title, self.length_s(bag));
+        let progress = SecondsBar::new(title, self.length_s(bag));
         let mut notes = Notes::default();
         for warning in bag.warnings() {
             notes.say(&progress, warning.to_string());
