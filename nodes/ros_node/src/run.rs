@@ -78,6 +78,14 @@ where
         println!("{}", builder.usage());
         return ExitCode::SUCCESS;
     }
+    if ros_args
+        .others
+        .iter()
+        .any(|argument| argument == "--print-parameters")
+    {
+        print!("{}", builder.parameter_file());
+        return ExitCode::SUCCESS;
+    }
     let workers = builder.workers();
     let startup = match builder.check(ros_args) {
         Ok(startup) => startup,
