@@ -40,8 +40,9 @@ struct Progress {
 /// # Errors
 /// Parameters that mean nothing, endpoints that cannot be created, subscribers that do not come.
 pub async fn main(node: Node) -> Result<()> {
-    let settings = settings(&node)?;
+    let settings = settings(node.parameters())?;
     let waits = wait_list::parse(&settings.wait_for, &TOPICS)?;
+    let wait_timeout = settings.wait_timeout_s.map(Duration::from_secs_f64);
     let mut simulator = Simulator::new(settings.simulator)?;
     let mut outputs = Outputs::new(&node, &settings)?;
     let mut trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
@@ -49,7 +50,7 @@ pub async fn main(node: Node) -> Result<()> {
     let progress = Arc::new(Progress::default());
     diagnose(&node, &progress, &settings);
     tokio::select! {
-        outcome = wait_for_all(&waits, settings.wait_timeout, &outputs, &trajectories) => outcome?,
+        outcome = wait_for_all(&waits, wait_timeout, &outputs, &trajectories) => outcome?,
         () = node.shutdown() => return Ok(()),
     }
     node.set_ready();
@@ -100,8 +101,9 @@ async fn simulate(
 ) {
     node.active().await;
     let begin = simulator.plant().now();
-    let end = (settings.duration_s > 0.0)
-        .then(|| begin.plus_nanos(seconds_to_nanos(settings.duration_s)));
+    let end = settings
+        .duration_s
+        .map(|duration_s| begin.plus_nanos(seconds_to_nanos(duration_s)));
     let mut pacer = Pacer::new(settings.speed, Instant::now(), begin.nanos());
     let mut next_clock = Instant::now();
     outputs.publish_first(simulator).await;
