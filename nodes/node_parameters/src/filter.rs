@@ -116,6 +116,13 @@ impl FilterParameters {
         Ok(settings)
     }
 
+    /// On this table.
+    #[must_use]
+    pub fn with_turntable(mut self, turntable: Turntable) -> Self {
+        self.settings.turntable = turntable;
+        self
+    }
+
     /// The noise; none, where both densities are 0.
     fn noise(&mut self) -> &mut NoiseDensity {
         self.settings.noise.get_or_insert(NoiseDensity {

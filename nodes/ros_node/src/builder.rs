@@ -179,7 +179,7 @@ impl NodeBuilder {
         format!(
             "{name}: {about}\n\n\
              Usage: {name} {arguments}[--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] [--log-level LEVEL]]\n       \
-             {name} --print-parameters   (a parameter file with the defaults)\n\nParameters:\n{}",
+             {name} --print-parameters [--markdown]   (a parameter file with the defaults, or tables)\n\nParameters:\n{}",
             parameters::usage(&self.declarations())
         )
     }

@@ -78,12 +78,13 @@ where
         println!("{}", builder.usage());
         return ExitCode::SUCCESS;
     }
-    if ros_args
-        .others
-        .iter()
-        .any(|argument| argument == "--print-parameters")
-    {
-        print!("{}", builder.parameter_file());
+    let is_asked = |option: &str| ros_args.others.iter().any(|argument| argument == option);
+    if is_asked("--print-parameters") {
+        if is_asked("--markdown") {
+            print!("{}", builder.parameter_table());
+        } else {
+            print!("{}", builder.parameter_file());
+        }
         return ExitCode::SUCCESS;
     }
     let workers = builder.workers();

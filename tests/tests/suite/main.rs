@@ -20,6 +20,7 @@ mod interfaces;
 mod layouts;
 mod manners;
 mod monitor;
+mod parameters;
 mod real_data;
 mod replay;
 mod report_page;

@@ -115,6 +115,16 @@ impl Parameter {
         &self.unit
     }
 
+    /// Smallest and largest number that it, or an element of it, may be.
+    pub fn bounds(&self) -> Option<(f64, f64)> {
+        self.range
+    }
+
+    /// The only texts that it, or an element of it, may be; empty: any.
+    pub fn choices(&self) -> &[String] {
+        &self.allowed
+    }
+
     /// Its type.
     pub fn kind(&self) -> ParameterType {
         self.default.kind()
