@@ -5,7 +5,7 @@ use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
     diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
 };
-use sins::{earth::Position, mechanization::odometry::offset_m, time::Stamp};
+use sins::{earth::Position, time::Stamp};
 
 use super::{
     diagnostics::Diagnostics,
@@ -64,7 +64,7 @@ impl Track {
 }
 
 /// Everything that is known of the run.
-pub struct Run {
+pub struct GatheredRun {
     /// Where the estimates come from.
     pub source: Source,
     /// The estimates.
@@ -93,7 +93,7 @@ pub struct Run {
     pub damage: Vec<String>,
 }
 
-impl Run {
+impl GatheredRun {
     /// First and last time of the run: of its samples and estimates, by their stamps, else of the whole bag.
     pub fn span(&self) -> (Stamp, Stamp) {
         let of = |streams: &mut dyn Iterator<Item = &Stream>| {
@@ -123,7 +123,7 @@ pub fn gather(
     bag: &Bag,
     calibrator: Calibrator,
     listener: &dyn Listener,
-) -> Result<Run, Error> {
+) -> Result<GatheredRun, Error> {
     let topics = Topics::find(bag, &source.options)?;
     let estimate = topics.of(Role::Estimate);
     let recorded = estimate.is_some_and(|at| bag.topics()[at].count > 0);
@@ -139,7 +139,7 @@ pub fn gather(
         own: History::default(),
         made: 0,
         is_position_given: source.has_given_position(),
-        run: Run {
+        run: GatheredRun {
             source: Source::Recorded,
             history: History::default(),
             truth: Truth::new(source.turntable),
@@ -174,7 +174,7 @@ struct Gathering<'b> {
     own: History,
     made: u64,
     is_position_given: bool,
-    run: Run,
+    run: GatheredRun,
 }
 
 impl Gathering<'_> {
@@ -339,12 +339,7 @@ impl Gathering<'_> {
                         longitude_rad: truth.longitude_deg.to_radians(),
                         height_m: truth.height_m,
                     };
-                    let offset = offset_m(
-                        &origin,
-                        place.latitude_rad,
-                        place.longitude_rad,
-                        place.height_m,
-                    );
+                    let offset = origin.offset_m(&place);
                     run.fixes[which].push(fix.header.stamp.into(), offset.x.hypot(offset.y));
                 }
             }
@@ -353,7 +348,7 @@ impl Gathering<'_> {
     }
 
     /// Decides where the estimates come from, and closes everything.
-    fn end(mut self) -> Result<Run, Error> {
+    fn end(mut self) -> Result<GatheredRun, Error> {
         if let (None, Some(calibrator)) = (self.run.history.phase, &mut self.calibrator) {
             let last = calibrator
                 .machine

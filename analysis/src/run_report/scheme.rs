@@ -8,7 +8,7 @@ const KEPT: usize = 2000;
 
 /// One step: a rotation and the dwell after it.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct RecordedStep {
     /// Counts from 0.
     pub cycle: u32,
     /// Counts from 0, the first dwell.
@@ -40,7 +40,7 @@ pub struct Scheme {
     /// Its name.
     pub name: String,
     /// Steps, up to a bound.
-    pub steps: Vec<Step>,
+    pub steps: Vec<RecordedStep>,
     /// Steps beyond it.
     pub more_steps: u64,
     /// Faults, pauses, ends; up to a bound.
@@ -94,7 +94,7 @@ impl Scheme {
                 self.more_steps += 1;
                 return;
             }
-            self.steps.push(Step {
+            self.steps.push(RecordedStep {
                 cycle: status.cycle,
                 number: status.step,
                 position: status.position.clone(),

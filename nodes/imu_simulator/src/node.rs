@@ -28,7 +28,7 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// What the diagnostics tell.
 #[derive(Debug, Default)]
-struct Progress {
+struct SimulatedTime {
     simulated_nanos: AtomicI64,
     started: AtomicU64,
     refused: AtomicU64,
@@ -47,7 +47,7 @@ pub async fn main(node: Node) -> Result<()> {
     let mut outputs = Outputs::new(&node, &settings)?;
     let mut trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
     let mut follower = Follower::new(&node)?;
-    let progress = Arc::new(Progress::default());
+    let progress = Arc::new(SimulatedTime::default());
     diagnose(&node, &progress, &settings);
     tokio::select! {
         outcome = wait_for_all(&waits, wait_timeout, &outputs, &trajectories) => outcome?,
@@ -97,7 +97,7 @@ async fn simulate(
     trajectories: &mut Subscription<JointTrajectory>,
     follower: &mut Follower,
     settings: &Settings,
-    progress: &Progress,
+    progress: &SimulatedTime,
 ) {
     node.active().await;
     let begin = simulator.plant().now();
@@ -161,7 +161,7 @@ async fn simulate(
 }
 
 /// Hands a trajectory to the table, or says why not. Says whether the table took it.
-fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Progress) -> bool {
+fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &SimulatedTime) -> bool {
     let refuse = |reason: String| {
         progress.refused.fetch_add(1, Ordering::Relaxed);
         tracing::warn!("{TRAJECTORY}: refused: {reason}");
@@ -191,7 +191,7 @@ fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Prog
     true
 }
 
-fn diagnose(node: &Node, progress: &Arc<Progress>, settings: &Settings) {
+fn diagnose(node: &Node, progress: &Arc<SimulatedTime>, settings: &Settings) {
     let progress = Arc::clone(progress);
     let wanted = settings.speed;
     let mut last = (Instant::now(), 0_i64);

@@ -12,7 +12,7 @@ use rotary_sins_msgs::tf2_msgs::TFMessage;
 use ship_sentences::Motion;
 use sins::earth::Position;
 use sins::machines::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
-use sins::mechanization::odometry::vehicle_motion;
+use sins::machines::odometry::vehicle_motion;
 use sins::sensor::sample::ImuSample;
 use sins::stream::joint_history::JointHistory;
 use sins::stream::stamp_order::{InOrder, StampOrder};

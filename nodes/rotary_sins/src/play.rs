@@ -14,7 +14,7 @@ use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
 use rotary_sins_msgs::rosgraph_msgs::Clock;
 use sins::time::Stamp;
 
-use crate::{output, progress::Progress};
+use crate::{output, progress::SecondsBar};
 
 /// A message waits for room this long before it is given up.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -337,7 +337,7 @@ impl<'b> Player<'b> {
             .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
         let length = (length - options.start_offset.unwrap_or(0.0))
             .min(options.duration.unwrap_or(f64::INFINITY));
-        let progress = Progress::new("playing", length);
+        let progress = SecondsBar::new("playing", length);
         self.send_latched(selection).await;
         let mut messages = self.bag.messages(selection);
         let mut beginning: Option<(u64, Instant)> = None;

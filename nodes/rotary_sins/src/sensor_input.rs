@@ -12,7 +12,7 @@ use sins::{earth::Position, table::Turntable};
 
 use crate::{
     parameter_options::{Given, Group},
-    progress::Progress,
+    progress::SecondsBar,
 };
 
 /// Samples handed over at once ...
@@ -170,10 +170,10 @@ impl SensorInput {
         &self,
         bag: &Bag,
         title: &str,
-        mut take: impl FnMut(Sample, &Progress) -> Result<ControlFlow<()>, sins::Error>,
+        mut take: impl FnMut(Sample, &SecondsBar) -> Result<ControlFlow<()>, sins::Error>,
     ) -> anyhow::Result<Notes> {
         let mut stream = SensorStream::new(bag, &self.options())?;
-        let progress = Progress::new(title, self.length_s(bag));
+        let progress = SecondsBar::new(title, self.length_s(bag));
         let mut notes = Notes::default();
         for warning in bag.warnings() {
             notes.say(&progress, warning.to_string());

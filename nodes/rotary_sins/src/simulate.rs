@@ -25,7 +25,7 @@ use sins::{
 use crate::{
     Outcome, output,
     parameter_options::{Given, Group},
-    progress::Progress,
+    progress::SecondsBar,
     scheme_options::{self, ShipOptions, TableOptions},
 };
 
@@ -266,7 +266,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let start = settings.plant.start;
     let duration_s = options.hours * 3600.0;
     let mut output = Output::new(options)?;
-    let progress = Progress::new("simulating", duration_s);
+    let progress = SecondsBar::new("simulating", duration_s);
     let plant = simulator.plant();
     let truth =
         Calibration::ground_truth(start, &settings.imu.errors, plant.attitude(), plant.ship());

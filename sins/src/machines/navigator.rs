@@ -13,7 +13,8 @@ use crate::earth::Position;
 use crate::earth::rotation::base_link_to_block;
 use crate::error::Error;
 use crate::estimation::error_state::{BIAS, DRIFT, StateMatrix};
-use crate::estimation::filter::{ErrorFilter, Loop};
+use crate::estimation::filter::Loop;
+use crate::estimation::model::{Model, Paper, PaperFilter};
 use crate::machines::self_calibration::{Calibration, SelfCalibration, Settings, default_noise};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::{Compensation, SensorErrors};
@@ -101,33 +102,26 @@ pub struct NavigatorOutput {
 /// One mechanization with its covariance.
 #[derive(Clone, Debug)]
 struct Channel {
-    compensation: Compensation,
-    filter: ErrorFilter,
+    filter: PaperFilter,
 }
 
 impl Channel {
-    fn advance(&mut self, step: &Step) {
+    fn advance(&mut self, step: &Step) -> Result<(), Error> {
         if let Some([angle, velocity]) = step.bridged {
             self.filter.bridge(angle, velocity);
         }
-        let seconds = step.increment.interval_s;
-        let mut increment = step.increment;
-        let (rate, force) = self.compensation.apply(
-            &(increment.angle / seconds),
-            &(increment.velocity / seconds),
-        );
-        increment.angle = rate * seconds;
-        increment.velocity = force * seconds;
-        self.filter.propagate(&increment);
+        self.filter.propagate(&step.increment);
         if self.filter.pending_s() >= COVARIANCE_STEP_S {
-            self.filter.step();
+            self.filter.step()?;
         }
+        Ok(())
     }
 
     fn solution(&self, table: &UnitQuaternion<f64>, sample: &ImuSample) -> Solution {
         let navigation = *self.filter.navigation();
         let (angular_rate, specific_force) = self
-            .compensation
+            .filter
+            .compensation()
             .apply(&sample.angular_rate, &sample.specific_force);
         Solution {
             navigation,
@@ -227,7 +221,9 @@ impl Navigator {
     pub fn ingest_calibration(&mut self, calibration: Calibration) -> Result<(), Error> {
         let compensation = calibration.errors.compensation()?;
         match &mut self.stage {
-            Stage::Navigating(channels) => channels[0].compensation = compensation,
+            Stage::Navigating(channels) => {
+                channels[0].filter.set_sensor_errors(&calibration.errors)?;
+            }
             Stage::Waiting | Stage::Aligning(_) => {
                 let covered = self
                     .history
@@ -238,7 +234,7 @@ impl Navigator {
                         .back()
                         .is_some_and(|(s, _)| s.stamp >= calibration.stamp);
                 if covered && self.settings.start_from_calibration {
-                    self.start_from(&calibration, &compensation)?;
+                    self.start_from(&calibration)?;
                 } else {
                     self.align(&calibration, &compensation)?;
                 }
@@ -288,9 +284,9 @@ impl Navigator {
             }
             Stage::Navigating(channels) => {
                 if let Some(step) = step {
-                    channels
-                        .iter_mut()
-                        .for_each(|channel| channel.advance(&step));
+                    for channel in channels.iter_mut() {
+                        channel.advance(&step)?;
+                    }
                 }
                 let table = self
                     .settings
@@ -307,26 +303,22 @@ impl Navigator {
     }
 
     /// Starts at the calibration's stamp and catches up through the samples since.
-    fn start_from(
-        &mut self,
-        calibration: &Calibration,
-        compensation: &Compensation,
-    ) -> Result<(), Error> {
+    fn start_from(&mut self, calibration: &Calibration) -> Result<(), Error> {
         let start = NavigationState {
             attitude: calibration.attitude,
             velocity: Vector3::zeros(),
             position: calibration.position,
         };
-        let mut channels = self.channels(start, compensation, &calibration.covariance)?;
+        let mut channels = self.channels(start, &calibration.errors, &calibration.covariance)?;
         for step in self
             .history
             .iter()
             .filter_map(|(_, step)| *step)
             .filter(|s| s.stamp > calibration.stamp)
         {
-            channels
-                .iter_mut()
-                .for_each(|channel| channel.advance(&step));
+            for channel in channels.iter_mut() {
+                channel.advance(&step)?;
+            }
         }
         self.stage = Stage::Navigating(channels);
         Ok(())
@@ -335,26 +327,28 @@ impl Navigator {
     fn channels(
         &self,
         start: NavigationState,
-        compensation: &Compensation,
+        errors: &SensorErrors,
         covariance: &StateMatrix,
     ) -> Result<Box<[Channel; 2]>, Error> {
         let noise = self.noise();
+        let model = self.settings.alignment.prior.model();
         // What is not taken out is as uncertain as it was before calibration.
-        let mut raw = *covariance;
-        let prior = self.settings.alignment.prior.covariance(&start);
-        raw.fixed_view_mut::<13, 6>(0, BIAS).fill(0.0);
-        raw.fixed_view_mut::<6, 13>(BIAS, 0).fill(0.0);
-        raw.fixed_view_mut::<6, 6>(BIAS, BIAS)
-            .copy_from(&prior.fixed_view::<6, 6>(BIAS, BIAS));
+        let prior = model.initial_covariance(&start);
+        let raw = StateMatrix::from_fn(|row, column| {
+            let both_move = row < Paper::M && column < Paper::M;
+            if both_move {
+                covariance[(row, column)]
+            } else {
+                prior[(row, column)]
+            }
+        });
+        let channel = |errors: &SensorErrors, covariance: StateMatrix| {
+            PaperFilter::new(model, start, errors, covariance, noise, Loop::Open)
+                .map(|filter| Channel { filter })
+        };
         Ok(Box::new([
-            Channel {
-                compensation: *compensation,
-                filter: ErrorFilter::new(start, *covariance, noise, Loop::Open),
-            },
-            Channel {
-                compensation: SensorErrors::default().compensation()?,
-                filter: ErrorFilter::new(start, raw, noise, Loop::Open),
-            },
+            channel(errors, *covariance)?,
+            channel(&SensorErrors::default(), raw)?,
         ]))
     }
 
@@ -435,11 +429,7 @@ impl Navigator {
             estimate.gyroscope_drift() + errors.gyroscope_matrix * estimate.gyroscope_drift();
         errors.accelerometer_bias += estimate.accelerometer_bias()
             + errors.accelerometer_matrix * estimate.accelerometer_bias();
-        let channels = self.channels(
-            estimate.navigation,
-            &errors.compensation()?,
-            &estimate.covariance,
-        )?;
+        let channels = self.channels(estimate.navigation, &errors, &estimate.covariance)?;
         self.stage = Stage::Navigating(channels);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! From samples to intervals: what the stamps allow the integration to do with each sample.
 
 use crate::error::Error;
-use crate::mechanization::strapdown::Increment;
+use crate::sensor::Increment;
 use crate::sensor::sample::ImuSample;
 use crate::stream::sampling::{Interval, SampleClock, StreamCounts};
 use crate::time::Stamp;

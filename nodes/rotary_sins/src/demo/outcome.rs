@@ -61,7 +61,7 @@ pub struct Consumer {
 
 /// The result of a run.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct DemoResult {
     /// The nine estimates.
     pub rows: Vec<Row>,
     /// The estimate they are from.
@@ -76,7 +76,7 @@ pub struct Outcome {
     pub unclean: Vec<String>,
 }
 
-impl Outcome {
+impl DemoResult {
     /// Compares what was seen with the truth and counts what is in the bag.
     ///
     /// # Errors

@@ -24,10 +24,12 @@ use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
 use crate::estimation::consistency::InnovationWindow;
 use crate::estimation::error_state::{StateMatrix, StateVector};
-use crate::estimation::filter::{ErrorFilter, Loop, VelocityMeasurement};
-use crate::estimation::kalman::Innovation;
+use crate::estimation::filter::{Loop, VelocityMeasurement};
+use crate::estimation::measurement::{Innovation, Outcome};
+use crate::estimation::model::{Model, PaperFilter};
 use crate::mechanization::coarse_alignment::CoarseAlignment;
 use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::stream::joint_history::JointHistory;
 use crate::stream::stepper::{Arrival, Step, Stepper};
@@ -37,7 +39,7 @@ use crate::time::{Stamp, seconds_to_nanos};
 /// The filter once it runs, with its own clock and test.
 #[derive(Clone, Debug)]
 struct Run {
-    filter: ErrorFilter,
+    filter: PaperFilter,
     next_step: Stamp,
     window: InnovationWindow,
     last_normalized: f64,
@@ -278,7 +280,12 @@ impl SelfCalibration {
         };
         match &mut self.stage {
             Stage::Running(run) => {
-                if !run.advance(&step, &self.settings, &mut self.velocities) {
+                let advanced = run.advance(&step, &self.settings, &mut self.velocities);
+                if advanced.is_err() {
+                    // Numbers that are none do not come back: everything is found anew.
+                    self.restart();
+                }
+                if !advanced? {
                     return Ok(None);
                 }
                 if let Stage::Running(run) = &self.stage {
@@ -327,10 +334,18 @@ impl SelfCalibration {
             velocity: Vector3::zeros(),
             position: fix,
         };
-        let covariance = self.settings.prior.covariance(&place);
+        let model = self.settings.prior.model();
+        let covariance = model.initial_covariance(&place);
         let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
         let mut run = Run {
-            filter: ErrorFilter::new(place, covariance, noise, Loop::Open),
+            filter: PaperFilter::new(
+                model,
+                place,
+                &SensorErrors::default(),
+                covariance,
+                noise,
+                Loop::Open,
+            )?,
             next_step: start.plus_nanos(seconds_to_nanos(self.settings.step_s)),
             window: InnovationWindow::new(
                 self.settings.window_updates,
@@ -344,7 +359,7 @@ impl SelfCalibration {
         };
         let mut last_update = None;
         for step in &gathering.backlog {
-            if run.advance(step, &self.settings, &mut self.velocities) {
+            if run.advance(step, &self.settings, &mut self.velocities)? {
                 last_update = Some(step.stamp);
             }
         }
@@ -408,7 +423,12 @@ impl SelfCalibration {
 
 impl Run {
     /// Propagates, and at the end of a covariance step updates. Says whether the step ended.
-    fn advance(&mut self, step: &Step, settings: &Settings, velocities: &mut Velocities) -> bool {
+    fn advance(
+        &mut self,
+        step: &Step,
+        settings: &Settings,
+        velocities: &mut Velocities,
+    ) -> Result<bool, Error> {
         if let Some([angle, velocity]) = step.bridged {
             self.filter.bridge(angle, velocity);
         }
@@ -423,14 +443,17 @@ impl Run {
             Reference::Measured { .. } => velocities.take_until(step.stamp),
         };
         if !due && measurement.is_none() {
-            return false;
+            return Ok(false);
         }
-        self.filter.step();
+        self.filter.step()?;
         if let Some(measurement) = measurement {
-            let innovations = self.filter.update_velocity(&measurement);
-            self.last_normalized = innovations.iter().map(Innovation::normalized_squared).sum();
-            self.window.push(self.last_normalized);
-            self.failures += u64::from(!self.window.passes());
+            let outcomes = self.filter.update_velocity(&measurement, None);
+            let innovations: Vec<_> = outcomes.iter().filter_map(Outcome::innovation).collect();
+            if innovations.len() == outcomes.len() {
+                self.last_normalized = innovations.iter().map(Innovation::normalized_squared).sum();
+                self.window.push(self.last_normalized);
+                self.failures += u64::from(!self.window.passes());
+            }
         } else {
             velocities.missing += 1;
         }
@@ -440,7 +463,7 @@ impl Run {
         }
         let attitude = self.filter.navigation().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
-        true
+        Ok(true)
     }
 }
 

@@ -17,18 +17,20 @@ use crate::error::Error;
 use crate::estimation::error_state::{
     BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, StateMatrix, StateVector, VELOCITY,
 };
-use crate::estimation::filter::{ErrorFilter, InitialUncertainty, Loop, VelocityMeasurement};
+use crate::estimation::filter::{InitialUncertainty, Loop, VelocityMeasurement};
+use crate::estimation::model::{Model, PaperFilter};
 use crate::machines::self_calibration::{Calibration, Phase};
-use crate::mechanization::strapdown::{Increment, NavigationState};
+use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::Increment;
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{
     ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick,
 };
+use crate::studies::paper;
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
 use crate::time::Stamp;
-use crate::units::{DEG_PER_HOUR, MICRO_G};
 
 pub use statistics::{Point, Statistics, Trace, mean_nees_bounds};
 pub use voyage::{Departure, Voyage, VoyageTrack};
@@ -82,11 +84,11 @@ impl TrueErrors {
     /// Table 1 of the paper: 0.01 deg/h and 100 ug on every axis, misalignment (0.01, 0.01, 0.05) deg.
     pub fn table_1() -> Self {
         Self {
-            misalignment: Vector3::new(0.01, 0.01, 0.05) * std::f64::consts::PI / 180.0,
+            misalignment: paper::misalignment_rad(),
             position: [0.0; 2],
             velocity: [0.0; 2],
-            accelerometer_bias: Vector3::repeat(100.0 * MICRO_G),
-            gyroscope_drift: Vector3::repeat(0.01 * DEG_PER_HOUR),
+            accelerometer_bias: paper::accelerometer_bias_m_s2(),
+            gyroscope_drift: paper::gyroscope_drift_rad_s(),
         }
     }
 
@@ -98,17 +100,6 @@ impl TrueErrors {
             accelerometer_bias: x.fixed_rows::<3>(BIAS).into_owned(),
             gyroscope_drift: x.fixed_rows::<3>(DRIFT).into_owned(),
         }
-    }
-}
-
-/// P0 of the paper's simulation and of `expected-results`: misalignment (0.01, 0.01, 0.05) deg, 100 ug, 0.01 deg/h, 10 m, 0.01 m/s.
-pub fn paper_uncertainty() -> InitialUncertainty {
-    InitialUncertainty {
-        position_m: 10.0,
-        velocity_m_s: 0.01,
-        misalignment_rad: Vector3::new(0.01, 0.01, 0.05) * std::f64::consts::PI / 180.0,
-        accelerometer_bias_m_s2: Vector3::repeat(100.0 * MICRO_G),
-        gyroscope_drift_rad_s: Vector3::repeat(0.01 * DEG_PER_HOUR),
     }
 }
 
@@ -193,7 +184,7 @@ struct Trial {
     run: u64,
     imu: ImuErrors,
     truth: TrueErrors,
-    filter: ErrorFilter,
+    filter: PaperFilter,
     random: Xoshiro256PlusPlus,
     snapshots: Vec<Snapshot>,
 }
@@ -212,7 +203,7 @@ impl MonteCarlo {
             assumed_noise: noise,
             velocity_sigma_m_s: 0.01,
             noisy_measurements: true,
-            initial: paper_uncertainty(),
+            initial: paper::initial_uncertainty(),
             errors: None,
             snapshots_s: vec![4.0 * 3600.0],
             seed: 1,
@@ -255,7 +246,7 @@ impl MonteCarlo {
             let half = 0.5e-9 * tick.truth.interval_nanos as f64;
             let step = time_s + half >= next_step_s;
             for trial in &mut trials {
-                self.advance(trial, &tick, step);
+                self.advance(trial, &tick, step)?;
             }
             if step {
                 next_step_s += 1.0;
@@ -287,7 +278,8 @@ impl MonteCarlo {
             self.seed
                 .wrapping_add(run.wrapping_mul(0x9E37_79B9_7F4A_7C15)),
         );
-        let covariance = self.initial.covariance(start);
+        let model = self.initial.model();
+        let covariance = model.initial_covariance(start);
         let truth = self.errors.unwrap_or_else(|| {
             TrueErrors::from_state(&StateVector::from_fn(|i, _| {
                 let normal: f64 = StandardNormal.sample(&mut random);
@@ -311,13 +303,20 @@ impl MonteCarlo {
             run,
             imu: ImuErrors::new(imu, rand::Rng::next_u64(&mut random))?,
             truth,
-            filter: ErrorFilter::new(computed, covariance, self.assumed_noise, Loop::Closed),
+            filter: PaperFilter::new(
+                model,
+                computed,
+                &SensorErrors::default(),
+                covariance,
+                self.assumed_noise,
+                Loop::Closed,
+            )?,
             random,
             snapshots: Vec::with_capacity(self.snapshots_s.len()),
         })
     }
 
-    fn advance(&self, trial: &mut Trial, tick: &Tick, step: bool) {
+    fn advance(&self, trial: &mut Trial, tick: &Tick, step: bool) -> Result<(), Error> {
         let sample = trial.imu.measure(&tick.truth);
         let interval_s = tick.truth.interval_nanos as f64 / 1e9;
         trial.filter.propagate(&Increment::from_averages(
@@ -326,7 +325,7 @@ impl MonteCarlo {
             &sample.specific_force,
         ));
         if step {
-            trial.filter.step();
+            trial.filter.step()?;
             let sigma = self.velocity_sigma_m_s;
             let east_north = [0, 1].map(|_| {
                 let normal: f64 = StandardNormal.sample(&mut trial.random);
@@ -336,11 +335,13 @@ impl MonteCarlo {
                     0.0
                 }
             });
-            trial.filter.update_velocity(&VelocityMeasurement {
+            let measurement = VelocityMeasurement {
                 east_north,
                 sigma: [sigma; 2],
-            });
+            };
+            trial.filter.update_velocity(&measurement, None);
         }
+        Ok(())
     }
 }
 
@@ -350,10 +351,7 @@ impl Trial {
         Calibration {
             stamp,
             phase: Phase::Calibrating,
-            errors: SensorErrors::constant(
-                self.filter.gyroscope_drift(),
-                self.filter.accelerometer_bias(),
-            ),
+            errors: self.filter.sensor_errors(),
             attitude: navigation.attitude,
             position: Position {
                 latitude_rad: navigation.position.latitude_rad,
@@ -368,6 +366,7 @@ impl Trial {
 
     fn snapshot(&self, time_s: f64, truth: &NavigationState) -> Snapshot {
         let computed = self.filter.navigation();
+        let found = self.filter.sensor_errors();
         let mut error = StateVector::zeros();
         error[LATITUDE] = computed.position.latitude_rad - truth.position.latitude_rad;
         error[LONGITUDE] = computed.position.longitude_rad - truth.position.longitude_rad;
@@ -378,10 +377,10 @@ impl Trial {
             .copy_from(&-(computed.attitude * truth.attitude.inverse()).scaled_axis());
         error
             .fixed_rows_mut::<3>(BIAS)
-            .copy_from(&(self.truth.accelerometer_bias - self.filter.accelerometer_bias()));
+            .copy_from(&(self.truth.accelerometer_bias - found.accelerometer_bias));
         error
             .fixed_rows_mut::<3>(DRIFT)
-            .copy_from(&(self.truth.gyroscope_drift - self.filter.gyroscope_drift()));
+            .copy_from(&(self.truth.gyroscope_drift - found.gyroscope_drift));
         Snapshot {
             time_s,
             error,
