@@ -15,6 +15,11 @@ use super::value::{FromValue, Value};
 /// Puts a value where it belongs; the error says what was wrong with it.
 type Put<S> = Arc<dyn Fn(&mut S, &Value) -> Result<(), String> + Send + Sync>;
 
+/// Reads a value from where it stands.
+type Get<S, V> = fn(&S) -> V;
+/// Writes a value to where it stands.
+type Set<S, V> = fn(&mut S, V);
+
 /// The parameters that make up an `S`.
 ///
 /// A declaration is one call: key, unit, range, place, words. Its default is what stands in that place of the `S` that
@@ -156,7 +161,7 @@ impl<S: Clone + 'static> ParameterSet<S> {
         key: &str,
         unit: Unit,
         range: RangeInclusive<f64>,
-        (get, set): (fn(&S) -> [f64; N], fn(&mut S, [f64; N])),
+        (get, set): (Get<S, [f64; N]>, Set<S, [f64; N]>),
         words: &str,
     ) -> Self {
         let default: Vec<f64> = get(&self.base).map(|si| unit.from_si(si)).to_vec();
