@@ -73,6 +73,15 @@ impl Program {
         self
     }
 
+    /// A file of parameters.
+    #[must_use]
+    pub fn parameters_of(mut self, file: &Path) -> Self {
+        let file = file.to_str().unwrap().to_owned();
+        self.ros_arguments
+            .extend(["--params-file".to_owned(), file]);
+        self
+    }
+
     /// A topic by another name.
     #[must_use]
     pub fn remap(mut self, from: &str, to: &str) -> Self {

@@ -1,12 +1,8 @@
-//! What the nodes that take the samples of an IMU on a table have in common: parameters, and how the samples come.
-
-mod parameters;
+//! What the nodes that take the samples of an IMU on a table have in common: how the samples come.
 
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use sins::Stamp;
 use sins::stream::sampling::StreamCounts;
-
-pub use parameters::{Number, declarations, noise, numbers, queue_depth, turntable};
 
 /// How the samples come: their arrival, their rate, and what the machine counts of them.
 pub fn samples_report(

@@ -5,17 +5,18 @@ mod follow;
 mod node;
 mod outputs;
 mod pacing;
-mod parameters;
+pub mod parameters;
 mod wait_list;
 
 use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn builder() -> NodeBuilder {
+/// The node with its parameters.
+pub fn builder() -> NodeBuilder {
     NodeBuilder::new("imu_simulator")
         .about("simulates ship, turntable and IMU, and publishes what a driver would, with the truth beside it")
-        .parameters(parameters::declarations())
+        .parameters(parameters::declared().declarations())
         .hardware("simulated IMU")
         .managed()
 }

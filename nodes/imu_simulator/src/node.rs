@@ -51,8 +51,9 @@ struct SimulatedTime {
 /// # Errors
 /// Parameters that mean nothing, endpoints that cannot be created, subscribers that do not come.
 pub async fn main(node: Node) -> Result<()> {
-    let settings = settings(&node)?;
+    let settings = settings(node.parameters())?;
     let waits = wait_list::parse(&settings.wait_for, &TOPICS)?;
+    let wait_timeout = settings.wait_timeout_s.map(Duration::from_secs_f64);
     let mut simulator = Simulator::new(settings.simulator)?;
     let mut outputs = Outputs::new(&node, &settings)?;
     let trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
@@ -61,7 +62,7 @@ pub async fn main(node: Node) -> Result<()> {
     diagnose(&node, &progress, &settings);
     let mut endings = node.endings(ENDING);
     tokio::select! {
-        outcome = wait_for_all(&waits, settings.wait_timeout, &outputs, &trajectories) => outcome?,
+        outcome = wait_for_all(&waits, wait_timeout, &outputs, &trajectories) => outcome?,
         () = nothing_under_way(&mut endings) => {}
         () = node.shutdown() => return Ok(()),
     }
@@ -129,8 +130,9 @@ async fn simulate(
     } = inputs;
     active(node, endings).await;
     let begin = simulator.plant().now();
-    let end = (settings.duration_s > 0.0)
-        .then(|| begin.plus_nanos(seconds_to_nanos(settings.duration_s)));
+    let end = settings
+        .duration_s
+        .map(|duration_s| begin.plus_nanos(seconds_to_nanos(duration_s)));
     let mut pacer = Pacer::new(settings.speed, Instant::now(), begin.nanos());
     let mut next_clock = Instant::now();
     outputs.publish_first(simulator).await;

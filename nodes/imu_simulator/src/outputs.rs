@@ -84,6 +84,7 @@ impl Outputs {
     /// # Errors
     /// A name that is none, or a middleware that refuses.
     pub fn new(node: &Node, settings: &Settings) -> Result<Self> {
+        let publish_timeout = Duration::from_secs_f64(settings.publish_timeout_s);
         let velocity = if settings.velocity_aiding {
             Some(node.publisher(VELOCITY, Qos::reliable(100))?)
         } else {
@@ -97,8 +98,8 @@ impl Outputs {
             odometry: node.publisher(ODOMETRY, Qos::reliable(1000))?,
             calibration: node.publisher(CALIBRATION, Qos::latched(1))?,
             clock: node.publisher("/clock", Qos::best_effort(1))?,
-            imu_patience: Patience::new(settings.publish_timeout),
-            joints_patience: Patience::new(settings.publish_timeout),
+            imu_patience: Patience::new(publish_timeout),
+            joints_patience: Patience::new(publish_timeout),
         })
     }
 

@@ -1,376 +1,421 @@
-//! Parameters: declared in the units people use, turned into settings in SI units.
-
-use std::time::Duration;
+//! Parameters: declared in the units people use, with their places in the settings of the simulator.
 
 use anyhow::Context;
-use nalgebra::{Matrix3, Vector3};
-use ros_node::{Node, Parameter};
-use sins::sensor::errors::SensorErrors;
-use sins::sensor::sample::NoiseDensity;
-use sins::simulation::{
-    AidingSettings, EncoderSettings, ImuErrorSettings, PlantSettings, Ship, SimulatorSettings,
-    TableSettings,
+use node_parameters::units::{
+    ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_SECOND, DEGREE_PER_SECOND2,
+    DEGREE_PER_SQRT_HOUR, MICRO_G, MICRO_G_PER_SQRT_HERTZ, PPM,
 };
-use sins::table::{Axis, Turntable};
-use sins::time::Stamp;
-use sins::units::{ARC_SECOND, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM};
+use ros_node::{ParameterSet, Parameters, Unit};
+use sins::simulation::{
+    AidingSettings, EncoderSettings, ImuErrorSettings, Ship, SimulatorSettings, TableSettings,
+};
+use sins::table::Turntable;
+use sins::time::{NANOS_PER_SECOND, Stamp};
 
 /// Everything the node is told.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// For the simulator itself.
     pub simulator: SimulatorSettings,
     /// Multiple of real time; 0: as fast as the subscribers take it.
     pub speed: f64,
-    /// End after this much simulated time; 0: never \[s\].
-    pub duration_s: f64,
+    /// End after this much simulated time \[s\].
+    pub duration_s: Option<f64>,
     /// Whether velocities are published.
     pub velocity_aiding: bool,
     /// `topic:count`, for which the first sample waits.
     pub wait_for: Vec<String>,
-    /// How long it waits; `None`: for ever.
-    pub wait_timeout: Option<Duration>,
-    /// How long simulated time stands still for a subscriber that does not acknowledge.
-    pub publish_timeout: Duration,
+    /// How long it waits \[s\]; `None`: for ever.
+    pub wait_timeout_s: Option<f64>,
+    /// How long simulated time stands still for a subscriber that does not acknowledge \[s\].
+    pub publish_timeout_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let mut simulator = SimulatorSettings::default();
+        // A stamp of 0 is one that was never set.
+        simulator.plant.start = Stamp::from_nanos(1_760_000_000 * NANOS_PER_SECOND);
+        Self {
+            simulator,
+            speed: 1.0,
+            duration_s: None,
+            velocity_aiding: true,
+            wait_for: Vec::new(),
+            wait_timeout_s: None,
+            publish_timeout_s: 60.0,
+        }
+    }
+}
+
+/// Where the ship lies and how.
+pub fn ship() -> ParameterSet<Ship> {
+    ParameterSet::new("Ship", Ship::default())
+        .number(
+            "latitude_deg",
+            DEGREE,
+            -89.9..=89.9,
+            |s| &mut s.latitude_rad,
+            "Latitude of the ship, WGS-84, north positive",
+        )
+        .number(
+            "longitude_deg",
+            DEGREE,
+            -180.0..=360.0,
+            |s| &mut s.longitude_rad,
+            "Longitude of the ship, east positive",
+        )
+        .number(
+            "height_m",
+            Unit::METRE,
+            -500.0..=20_000.0,
+            |s| &mut s.height_m,
+            "Height of the ship above the ellipsoid",
+        )
+        .number(
+            "heading_deg",
+            DEGREE,
+            -360.0..=360.0,
+            |s| &mut s.heading_rad,
+            "Heading of the y axis, clockwise from true north",
+        )
+        .number(
+            "roll_deg",
+            DEGREE,
+            -90.0..=90.0,
+            |s| &mut s.roll_rad,
+            "Roll about the y axis, starboard down positive",
+        )
+        .number(
+            "pitch_deg",
+            DEGREE,
+            -89.0..=89.0,
+            |s| &mut s.pitch_rad,
+            "Pitch about the x axis, bow up positive",
+        )
+}
+
+/// What the drives of the table can do, and where it stands.
+fn table() -> ParameterSet<TableSettings> {
+    ParameterSet::new("Table", TableSettings::default())
+        .numbers(
+            "start_angles_deg",
+            DEGREE,
+            -3600.0..=3600.0,
+            |s| &mut s.start,
+            "Where the joints stand at first: outer, inner",
+        )
+        .number(
+            "max_rate_deg_per_s",
+            DEGREE_PER_SECOND,
+            0.001..=3600.0,
+            |s| &mut s.max_rate_rad_s,
+            "A trajectory that asks for more is refused",
+        )
+        .number(
+            "stop_deceleration_deg_per_s2",
+            DEGREE_PER_SECOND2,
+            0.001..=3600.0,
+            |s| &mut s.stop_deceleration_rad_s2,
+            "With this an empty trajectory stops the joints",
+        )
+        .value(
+            "stuck_joint",
+            "none".to_owned(),
+            "Joint whose drive is blocked, to see what becomes of it: it takes commands and stays where it is",
+            |s, name: String| {
+                s.stuck = ["outer", "inner"].map(|joint| name == joint || name == "both");
+                Ok(())
+            },
+        )
+        .one_of(&["none", "outer", "inner", "both"])
+}
+
+/// Errors of the IMU and its noise.
+pub fn imu_errors() -> ParameterSet<ImuErrorSettings> {
+    ParameterSet::new("Sensor errors", ImuErrorSettings::default())
+        .numbers(
+            "gyroscope_drift_deg_per_hour",
+            DEGREE_PER_HOUR,
+            -1e6..=1e6,
+            |s| s.errors.gyroscope_drift.as_mut_slice(),
+            "Gyroscope drifts x, y, z, measured minus true",
+        )
+        .numbers(
+            "accelerometer_bias_ug",
+            MICRO_G,
+            -1e7..=1e7,
+            |s| s.errors.accelerometer_bias.as_mut_slice(),
+            "Accelerometer biases x, y, z, measured minus true",
+        )
+        .array::<3>(
+            "gyroscope_scale_factor_ppm",
+            PPM,
+            -5e5..=5e5,
+            (
+                |s| s.errors.gyroscope_matrix.diagonal().into(),
+                |s, scale| s.errors.gyroscope_matrix.set_diagonal(&scale.into()),
+            ),
+            "Scale factor errors of the gyroscopes x, y, z",
+        )
+        .array::<3>(
+            "accelerometer_scale_factor_ppm",
+            PPM,
+            -5e5..=5e5,
+            (
+                |s| s.errors.accelerometer_matrix.diagonal().into(),
+                |s, scale| s.errors.accelerometer_matrix.set_diagonal(&scale.into()),
+            ),
+            "Scale factor errors of the accelerometers x, y, z",
+        )
+        .array::<6>(
+            "gyroscope_installation_arcsec",
+            ARC_SECOND,
+            -36_000.0..=36_000.0,
+            (
+                |s| {
+                    let k = &s.errors.gyroscope_matrix;
+                    [k.m12, k.m13, k.m21, k.m23, k.m31, k.m32]
+                },
+                |s, angles| {
+                    let k = &mut s.errors.gyroscope_matrix;
+                    [k.m12, k.m13, k.m21, k.m23, k.m31, k.m32] = angles;
+                },
+            ),
+            "Installation angles of the gyroscopes, the elements of K_g off its diagonal: xy, xz, yx, yz, zx, zy",
+        )
+        .array::<3>(
+            "accelerometer_installation_arcsec",
+            ARC_SECOND,
+            -36_000.0..=36_000.0,
+            (
+                |s| {
+                    let k = &s.errors.accelerometer_matrix;
+                    [k.m21, k.m31, k.m32]
+                },
+                |s, angles| {
+                    let k = &mut s.errors.accelerometer_matrix;
+                    [k.m21, k.m31, k.m32] = angles;
+                },
+            ),
+            "Installation angles of the accelerometers, the elements of K_a below its diagonal: yx, zx, zy",
+        )
+        .uniform(
+            "angle_random_walk_deg_per_sqrt_hour",
+            DEGREE_PER_SQRT_HOUR,
+            0.0..=1000.0,
+            |s| s.noise.gyroscope.as_mut_slice(),
+            "White noise of the gyroscopes",
+        )
+        .uniform(
+            "velocity_random_walk_ug_per_sqrt_hz",
+            MICRO_G_PER_SQRT_HERTZ,
+            0.0..=1e6,
+            |s| s.noise.accelerometer.as_mut_slice(),
+            "White noise of the accelerometers",
+        )
+}
+
+/// Errors of the encoders.
+pub fn encoders() -> ParameterSet<EncoderSettings> {
+    ParameterSet::new("Encoders", EncoderSettings::default())
+        .number(
+            "encoder_resolution_arcsec",
+            ARC_SECOND,
+            0.0..=1e6,
+            |s| &mut s.resolution_rad,
+            "Smallest step of a joint angle; 0: none",
+        )
+        .number(
+            "encoder_noise_arcsec",
+            ARC_SECOND,
+            0.0..=1e6,
+            |s| &mut s.position_std_rad,
+            "1 sigma of a joint angle",
+        )
+        .number(
+            "encoder_rate_noise_deg_per_s",
+            DEGREE_PER_SECOND,
+            0.0..=1e6,
+            |s| &mut s.rate_std_rad_s,
+            "1 sigma of a joint rate",
+        )
+}
+
+/// Noise of what the ship says of herself.
+pub fn aiding() -> ParameterSet<AidingSettings> {
+    ParameterSet::new("Aiding", AidingSettings::default())
+        .number(
+            "velocity_noise_m_per_s",
+            Unit::METRE_PER_SECOND,
+            0.0..=1e6,
+            |s| &mut s.velocity_std_m_s,
+            "1 sigma of aiding/velocity, every axis",
+        )
+        .number(
+            "position_noise_m",
+            Unit::METRE,
+            0.0..=1e6,
+            |s| &mut s.horizontal_std_m,
+            "1 sigma of fix, East and North",
+        )
+        .number(
+            "height_noise_m",
+            Unit::METRE,
+            0.0..=1e6,
+            |s| &mut s.vertical_std_m,
+            "1 sigma of the height of fix",
+        )
+}
+
+/// Rates, seed and start.
+pub fn run() -> ParameterSet<SimulatorSettings> {
+    let base = Settings::default().simulator;
+    let start_s = base.plant.start.nanos() / NANOS_PER_SECOND;
+    ParameterSet::new("Simulation", base)
+        .number(
+            "imu_rate_hz",
+            Unit::HERTZ,
+            1.0..=1000.0,
+            |s| &mut s.plant.imu_rate_hz,
+            "Samples of the IMU a second",
+        )
+        .number(
+            "joint_state_rate_hz",
+            Unit::HERTZ,
+            0.1..=1000.0,
+            |s| &mut s.joint_state_rate_hz,
+            "Joint states a second, at stamps of IMU samples",
+        )
+        .count(
+            "seed",
+            0..=9_000_000_000_000_000,
+            |s| &mut s.seed,
+            "Seed, which decides all noise",
+        )
+        .value(
+            "start_time_s",
+            start_s,
+            "Simulated time of the start, since 1970",
+            |s, seconds: i64| {
+                s.plant.start = Stamp::from_nanos(seconds * NANOS_PER_SECOND);
+                Ok(())
+            },
+        )
+        .range(0.0..=2_147_483_647.0)
+        .unit(Unit::SECOND)
 }
 
 /// All parameters of the node.
-pub fn declarations() -> Vec<Parameter> {
-    let mut all = place();
-    all.extend(table());
-    all.extend(imu());
-    all.extend(sensors());
-    all.extend(running());
-    all
-}
-
-fn place() -> Vec<Parameter> {
-    let number = |name, default: f64, unit, from, to, text| {
-        Parameter::new(name, default)
-            .unit(unit)
-            .range(from, to)
-            .describe(text)
-    };
-    vec![
-        number(
-            "latitude_deg",
-            45.78,
-            "deg",
-            -89.9,
-            89.9,
-            "of the ship, WGS-84, north positive",
-        ),
-        number(
-            "longitude_deg",
-            126.67,
-            "deg",
-            -180.0,
-            360.0,
-            "of the ship, east positive",
-        ),
-        number(
-            "height_m",
-            0.0,
-            "m",
-            -500.0,
-            20_000.0,
-            "of the ship above the ellipsoid",
-        ),
-        number(
-            "heading_deg",
-            0.0,
-            "deg",
-            -360.0,
-            360.0,
-            "of the y axis, clockwise from true north",
-        ),
-        number(
-            "roll_deg",
-            0.0,
-            "deg",
-            -90.0,
-            90.0,
-            "about the y axis, starboard down positive",
-        ),
-        number(
-            "pitch_deg",
-            0.0,
-            "deg",
-            -89.0,
-            89.0,
-            "about the x axis, bow up positive",
-        ),
-    ]
-}
-
-fn table() -> Vec<Parameter> {
-    vec![
-        Parameter::new("outer_axis", "x")
-            .one_of(&["x", "y", "z"])
-            .describe("axis of the block about which the outer joint turns"),
-        Parameter::new("inner_axis", "y")
-            .one_of(&["x", "y", "z"])
-            .describe("axis of the block about which the inner joint turns"),
-        Parameter::new("start_angles_deg", vec![0.0, 0.0])
-            .length(2)
-            .unit("deg")
-            .describe("where the joints stand at first: outer, inner"),
-        Parameter::new("max_rate_deg_per_s", 60.0)
-            .unit("deg/s")
-            .range(0.001, 3600.0)
-            .describe("a trajectory that asks for more is refused"),
-        Parameter::new("stop_deceleration_deg_per_s2", 2.5)
-            .unit("deg/s^2")
-            .range(0.001, 3600.0)
-            .describe("with this an empty trajectory stops the joints"),
-        Parameter::new("stuck_joint", "none")
-            .one_of(&["none", "outer", "inner", "both"])
-            .describe("whose drive is blocked, to see what becomes of it: it takes commands and stays where it is"),
-    ]
-}
-
-fn imu() -> Vec<Parameter> {
-    let vector = |name, default: f64, unit, text| {
-        Parameter::new(name, vec![default; 3])
-            .length(3)
-            .unit(unit)
-            .describe(text)
-    };
-    vec![
-        Parameter::new("imu_rate_hz", 100.0)
-            .unit("Hz")
-            .range(1.0, 1000.0)
-            .describe("samples of the IMU"),
-        vector(
-            "gyroscope_drift_deg_per_hour",
-            0.01,
-            "deg/h",
-            "x, y, z, measured minus true",
-        ),
-        vector(
-            "accelerometer_bias_ug",
-            100.0,
-            "ug",
-            "x, y, z, measured minus true",
-        ),
-        vector("gyroscope_scale_factor_ppm", 0.0, "ppm", "x, y, z"),
-        vector("accelerometer_scale_factor_ppm", 0.0, "ppm", "x, y, z"),
-        Parameter::new("gyroscope_installation_arcsec", vec![0.0; 6])
-            .length(6)
-            .unit("arcsec")
-            .describe("off-diagonal elements of K_g: xy, xz, yx, yz, zx, zy"),
-        vector(
-            "accelerometer_installation_arcsec",
-            0.0,
-            "arcsec",
-            "elements of K_a below its diagonal: yx, zx, zy",
-        ),
-        Parameter::new("angle_random_walk_deg_per_sqrt_hour", 0.001)
-            .unit("deg/sqrt(h)")
-            .range(0.0, 1000.0)
-            .describe("white noise of the gyroscopes"),
-        Parameter::new("velocity_random_walk_ug_per_sqrt_hz", 10.0)
-            .unit("ug/sqrt(Hz)")
-            .range(0.0, 1e6)
-            .describe("white noise of the accelerometers"),
-    ]
-}
-
-fn sensors() -> Vec<Parameter> {
-    let noise = |name, default: f64, unit, text| {
-        Parameter::new(name, default)
-            .unit(unit)
-            .range(0.0, 1e6)
-            .describe(text)
-    };
-    vec![
-        Parameter::new("joint_state_rate_hz", 20.0)
-            .unit("Hz")
-            .range(0.1, 1000.0)
-            .describe("joint states, at stamps of IMU samples"),
-        noise(
-            "encoder_resolution_arcsec",
-            0.0,
-            "arcsec",
-            "smallest step of a joint angle; 0: none",
-        ),
-        noise(
-            "encoder_noise_arcsec",
-            0.0,
-            "arcsec",
-            "1 sigma of a joint angle",
-        ),
-        noise(
-            "encoder_rate_noise_deg_per_s",
-            0.0,
-            "deg/s",
-            "1 sigma of a joint rate",
-        ),
-        Parameter::new("velocity_aiding", true).describe("whether aiding/velocity is published"),
-        noise(
-            "velocity_noise_m_per_s",
-            0.01,
-            "m/s",
-            "1 sigma of aiding/velocity, every axis",
-        ),
-        noise(
-            "position_noise_m",
-            1.0,
-            "m",
-            "1 sigma of fix, East and North",
-        ),
-        noise("height_noise_m", 2.0, "m", "1 sigma of the height of fix"),
-    ]
-}
-
-fn running() -> Vec<Parameter> {
-    vec![
-        Parameter::new("seed", 1_i64).range(0.0, 9e15).describe("decides all noise"),
-        Parameter::new("speed", 1.0)
-            .range(0.0, 1e6)
-            .describe("multiple of real time; 0: as fast as the subscribers take it"),
-        Parameter::new("start_time_s", 1_760_000_000_i64)
-            .unit("s")
-            .range(0.0, 2_147_483_647.0)
-            .describe("simulated time of the start, since 1970"),
-        Parameter::new("duration_s", 0.0)
-            .unit("s")
-            .range(0.0, 1e9)
-            .describe("simulated time after which the node ends; 0: never"),
-        Parameter::new("wait_for_subscribers", Vec::<String>::new())
-            .describe("topic:count; simulated time starts when each topic has so many other ends"),
-        Parameter::new("wait_timeout_s", 0.0)
-            .unit("s")
-            .range(0.0, 1e6)
-            .describe("time by which they must be there, else the node ends with an error; 0: wait for ever"),
-        Parameter::new("publish_timeout_s", 60.0)
-            .unit("s")
-            .range(0.0, 1e6)
-            .describe("simulated time stands still so long for a subscriber that does not acknowledge, then samples are dropped"),
-    ]
+pub fn declared() -> ParameterSet<Settings> {
+    ParameterSet::new("Simulation", Settings::default())
+        .include(run(), |s| &mut s.simulator)
+        .number(
+            "speed",
+            Unit::NONE,
+            0.0..=1e6,
+            |s| &mut s.speed,
+            "Multiple of real time; 0: as fast as the subscribers take it",
+        )
+        .optional(
+            "duration_s",
+            Unit::SECOND,
+            (0.0..=1e9, 0.0),
+            |s| &mut s.duration_s,
+            "Simulated time after which the node ends; 0: never",
+        )
+        .texts(
+            "wait_for_subscribers",
+            |s| &mut s.wait_for,
+            "Simulated time starts when each topic has so many other ends, as TOPIC:COUNT",
+        )
+        .optional(
+            "wait_timeout_s",
+            Unit::SECOND,
+            (0.0..=1e6, 0.0),
+            |s| &mut s.wait_timeout_s,
+            "Time by which they must be there, else the node ends with an error; 0: wait for ever",
+        )
+        .number(
+            "publish_timeout_s",
+            Unit::SECOND,
+            0.0..=1e6,
+            |s| &mut s.publish_timeout_s,
+            "Simulated time stands still so long for a subscriber that does not acknowledge, then samples are dropped",
+        )
+        .include(ship(), |s| &mut s.simulator.plant.ship)
+        .include(node_parameters::axes(), |s| &mut s.simulator.plant.turntable)
+        .include(table(), |s| &mut s.simulator.plant.table)
+        .include(imu_errors(), |s| &mut s.simulator.imu)
+        .include(encoders(), |s| &mut s.simulator.encoder)
+        .include(aiding(), |s| &mut s.simulator.aiding)
+        .group("Aiding")
+        .switch(
+            "velocity_aiding",
+            |s| &mut s.velocity_aiding,
+            "Whether aiding/velocity is published",
+        )
 }
 
 /// The parameters of a node as settings.
 ///
 /// # Errors
 /// A value that means nothing, by its name.
-pub fn settings(node: &Node) -> anyhow::Result<Settings> {
-    let number = |name: &str| node.parameter::<f64>(name);
-    let angle = |name: &str| number(name).map(f64::to_radians);
-    let axis = |name: &str| -> anyhow::Result<Axis> {
-        node.parameter::<String>(name)?
-            .parse()
-            .with_context(|| format!("parameter '{name}'"))
-    };
-    let vector = |name: &str, unit: f64| -> anyhow::Result<Vector3<f64>> {
-        Ok(Vector3::from(array::<3>(node, name)?) * unit)
-    };
-    let ship = Ship {
-        latitude_rad: angle("latitude_deg")?,
-        longitude_rad: angle("longitude_deg")?,
-        height_m: number("height_m")?,
-        heading_rad: angle("heading_deg")?,
-        roll_rad: angle("roll_deg")?,
-        pitch_rad: angle("pitch_deg")?,
-    };
-    let turntable = Turntable::new(axis("outer_axis")?, axis("inner_axis")?)
-        .context("parameters 'outer_axis' and 'inner_axis'")?;
-    let stuck = node.parameter::<String>("stuck_joint")?;
-    let table = TableSettings {
-        stuck: ["outer", "inner"].map(|joint| stuck == joint || stuck == "both"),
-        max_rate_rad_s: angle("max_rate_deg_per_s")?,
-        stop_deceleration_rad_s2: angle("stop_deceleration_deg_per_s2")?,
-        start: array::<2>(node, "start_angles_deg")?.map(f64::to_radians),
-        ..TableSettings::default()
-    };
-    let errors = SensorErrors {
-        gyroscope_drift: vector("gyroscope_drift_deg_per_hour", DEG_PER_HOUR)?,
-        accelerometer_bias: vector("accelerometer_bias_ug", MICRO_G)?,
-        gyroscope_matrix: gyroscope_matrix(
-            vector("gyroscope_scale_factor_ppm", PPM)?,
-            array::<6>(node, "gyroscope_installation_arcsec")?.map(|angle| angle * ARC_SECOND),
-        ),
-        accelerometer_matrix: accelerometer_matrix(
-            vector("accelerometer_scale_factor_ppm", PPM)?,
-            vector("accelerometer_installation_arcsec", ARC_SECOND)?,
-        ),
-    };
-    let noise = NoiseDensity {
-        gyroscope: Vector3::repeat(
-            number("angle_random_walk_deg_per_sqrt_hour")? * DEG_PER_SQRT_HOUR,
-        ),
-        accelerometer: Vector3::repeat(number("velocity_random_walk_ug_per_sqrt_hz")? * MICRO_G),
-    };
-    let simulator = SimulatorSettings {
-        plant: PlantSettings {
-            ship,
-            turntable,
-            table,
-            imu_rate_hz: number("imu_rate_hz")?,
-            start: Stamp::from_nanos(
-                node.parameter::<i64>("start_time_s")? * sins::time::NANOS_PER_SECOND,
-            ),
-        },
-        imu: ImuErrorSettings { errors, noise },
-        encoder: EncoderSettings {
-            resolution_rad: number("encoder_resolution_arcsec")? * ARC_SECOND,
-            position_std_rad: number("encoder_noise_arcsec")? * ARC_SECOND,
-            rate_std_rad_s: angle("encoder_rate_noise_deg_per_s")?,
-        },
-        joint_state_rate_hz: number("joint_state_rate_hz")?,
-        aiding: AidingSettings {
-            velocity_std_m_s: number("velocity_noise_m_per_s")?,
-            horizontal_std_m: number("position_noise_m")?,
-            vertical_std_m: number("height_noise_m")?,
-            ..AidingSettings::default()
-        },
-        seed: node.parameter::<i64>("seed")?.unsigned_abs(),
-    };
-    let wait_timeout_s = number("wait_timeout_s")?;
-    Ok(Settings {
-        simulator,
-        speed: number("speed")?,
-        duration_s: number("duration_s")?,
-        velocity_aiding: node.parameter("velocity_aiding")?,
-        wait_for: node.parameter("wait_for_subscribers")?,
-        wait_timeout: (wait_timeout_s > 0.0).then(|| Duration::from_secs_f64(wait_timeout_s)),
-        publish_timeout: Duration::from_secs_f64(number("publish_timeout_s")?),
-    })
-}
-
-fn array<const N: usize>(node: &Node, name: &str) -> anyhow::Result<[f64; N]> {
-    let values = node.parameter::<Vec<f64>>(name)?;
-    let length = values.len();
-    values
-        .try_into()
-        .map_err(|_| anyhow::anyhow!("parameter '{name}' has {length} elements, expected {N}"))
-}
-
-fn gyroscope_matrix(scale: Vector3<f64>, [xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Matrix3<f64> {
-    Matrix3::new(scale.x, xy, xz, yx, scale.y, yz, zx, zy, scale.z)
-}
-
-fn accelerometer_matrix(scale: Vector3<f64>, below: Vector3<f64>) -> Matrix3<f64> {
-    let [[yx, zx, zy]] = below.data.0;
-    Matrix3::new(scale.x, 0.0, 0.0, yx, scale.y, 0.0, zx, zy, scale.z)
+pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
+    let settings = declared().read(parameters)?;
+    let Turntable { outer, inner } = settings.simulator.plant.turntable;
+    Turntable::new(outer, inner).context("parameters 'outer_axis' and 'inner_axis'")?;
+    Ok(settings)
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+    use nalgebra::{Matrix3, Vector3};
+
     use super::*;
 
-    /// Installation angles land where their names say.
+    /// The defaults are those of the simulator to the last bit, but for its start.
+    #[test]
+    fn defaults_are_those_of_the_simulator() {
+        let parameters = Parameters::defaults(declared().declarations()).unwrap();
+        let read = settings(&parameters).unwrap();
+        assert_eq!(read, Settings::default());
+        let mut simulator = read.simulator;
+        simulator.plant.start = SimulatorSettings::default().plant.start;
+        assert_eq!(simulator, SimulatorSettings::default());
+    }
+
+    /// Installation angles and scale factors land where their names say.
     #[test]
     fn matrices_are_filled_by_name() {
-        let k = gyroscope_matrix(
-            Vector3::new(1.0, 2.0, 3.0),
-            [12.0, 13.0, 21.0, 23.0, 31.0, 32.0],
-        );
+        let set = imu_errors();
+        let mut settings = *set.base();
+        for (name, values) in [
+            (
+                "gyroscope_installation_arcsec",
+                vec![12.0, 13.0, 21.0, 23.0, 31.0, 32.0],
+            ),
+            ("gyroscope_scale_factor_ppm", vec![1.0, 2.0, 3.0]),
+            ("accelerometer_installation_arcsec", vec![21.0, 31.0, 32.0]),
+            ("accelerometer_scale_factor_ppm", vec![4.0, 5.0, 6.0]),
+        ] {
+            set.put(&mut settings, name, &values.into()).unwrap();
+        }
+        let (angle, ppm) = (ARC_SECOND.to_si(1.0), PPM.to_si(1.0));
+        let scaled = |angles: Matrix3<f64>, scale: Vector3<f64>| {
+            angles * angle + Matrix3::from_diagonal(&(scale * ppm))
+        };
+        let k = Matrix3::new(0.0, 12.0, 13.0, 21.0, 0.0, 23.0, 31.0, 32.0, 0.0);
+        let errors = &settings.errors;
         assert_eq!(
-            (k.m11, k.m12, k.m13, k.m21, k.m23, k.m32),
-            (1.0, 12.0, 13.0, 21.0, 23.0, 32.0)
+            errors.gyroscope_matrix,
+            scaled(k, Vector3::new(1.0, 2.0, 3.0))
         );
-        let k = accelerometer_matrix(Vector3::new(1.0, 2.0, 3.0), Vector3::new(21.0, 31.0, 32.0));
-        assert_eq!((k.m21, k.m31, k.m32, k.m12), (21.0, 31.0, 32.0, 0.0));
+        let k = Matrix3::new(0.0, 0.0, 0.0, 21.0, 0.0, 0.0, 31.0, 32.0, 0.0);
+        assert_eq!(
+            errors.accelerometer_matrix,
+            scaled(k, Vector3::new(4.0, 5.0, 6.0))
+        );
     }
 }

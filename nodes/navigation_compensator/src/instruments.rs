@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, ensure};
-use ros_node::{Level, Parameter, Parameters, Report};
+use ros_node::{Level, ParameterSet, Report, Unit};
 use ship_sentences::{Motion, Output, Quality, Sentence};
 use sins::Stamp;
 use sins::earth::rotation::{HeadingPitchRoll, base_link_to_block};
@@ -11,29 +11,59 @@ use sins::estimation::error_state::MISALIGNMENT;
 use sins::machines::navigator::Solution;
 use sins::machines::odometry::VehicleMotion;
 
+/// Where the sentences go, and which.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InstrumentSettings {
+    udp: String,
+    serial: String,
+    baud: u32,
+    sentences: Vec<String>,
+    talker: String,
+}
+
+impl Default for InstrumentSettings {
+    fn default() -> Self {
+        Self {
+            udp: String::new(),
+            serial: String::new(),
+            baud: 38_400,
+            sentences: Sentence::ALL.map(|s| s.name().to_owned()).to_vec(),
+            talker: "IN".to_owned(),
+        }
+    }
+}
+
 /// Parameters of this part.
-pub fn declarations() -> Vec<Parameter> {
-    vec![
-        Parameter::new("nmea_udp", "").describe(
+pub fn declared() -> ParameterSet<InstrumentSettings> {
+    ParameterSet::new("NMEA 0183", InstrumentSettings::default())
+        .text(
+            "nmea_udp",
+            |s| &mut s.udp,
             "HOST:PORT that NMEA 0183 sentences are sent to, a datagram each; empty: nowhere",
-        ),
-        Parameter::new("nmea_serial", "")
-            .describe("serial device that NMEA 0183 sentences are written to, 8N1; empty: nowhere"),
-        Parameter::new("nmea_baud", 38_400_i64)
-            .unit("bit/s")
-            .range(1200.0, 115_200.0)
-            .describe("rate of the serial device"),
-        Parameter::new("nmea_rate_hz", 10.0)
-            .unit("Hz")
-            .range(0.1, 100.0)
-            .describe("how often every sentence is sent, by the time of the samples"),
-        Parameter::new(
-            "nmea_sentences",
-            Sentence::ALL.map(|s| s.name().to_owned()).to_vec(),
         )
-        .describe("which sentences: HDT, THS, ROT, GGA, PASHR, PHTRO"),
-        Parameter::new("nmea_talker", "IN").describe("two letters before the standard sentences"),
-    ]
+        .text(
+            "nmea_serial",
+            |s| &mut s.serial,
+            "Serial device that NMEA 0183 sentences are written to, 8N1; empty: nowhere",
+        )
+        .count(
+            "nmea_baud",
+            1200..=115_200,
+            |s| &mut s.baud,
+            "Rate of the serial device",
+        )
+        .unit(Unit::si("bit/s"))
+        .texts(
+            "nmea_sentences",
+            |s| &mut s.sentences,
+            "Which sentences are sent",
+        )
+        .one_of(&Sentence::ALL.map(Sentence::name))
+        .text(
+            "nmea_talker",
+            |s| &mut s.talker,
+            "Two letters before the standard sentences",
+        )
 }
 
 /// Open outputs and what goes to them.
@@ -65,30 +95,32 @@ impl Instruments {
     /// # Errors
     /// One line with the parameter, what it is and what was expected.
     pub fn open(
-        parameters: &Parameters,
+        settings: &InstrumentSettings,
         is_simulated: impl Fn() -> bool + Send + 'static,
     ) -> anyhow::Result<Option<Self>> {
-        let text = |name: &str| parameters.get::<String>(name);
-        let (udp, serial) = (text("nmea_udp")?, text("nmea_serial")?);
-        let names: Vec<String> = parameters.get("nmea_sentences")?;
+        let InstrumentSettings {
+            udp,
+            serial,
+            baud,
+            sentences: names,
+            talker,
+        } = settings;
         let sentences = names
             .iter()
             .map(|name| name.parse::<Sentence>().map_err(anyhow::Error::msg))
             .collect::<anyhow::Result<Vec<_>>>()
             .context("parameter 'nmea_sentences'")?;
-        let talker = text("nmea_talker")?;
         ensure!(
             talker.len() == 2 && talker.bytes().all(|b| b.is_ascii_uppercase()),
             "parameter 'nmea_talker' is '{talker}', expected two capital letters"
         );
         let mut outputs = Vec::new();
         if !udp.is_empty() {
-            outputs.push(Output::udp(&udp).context("parameter 'nmea_udp'")?);
+            outputs.push(Output::udp(udp).context("parameter 'nmea_udp'")?);
         }
         if !serial.is_empty() {
-            let baud: i64 = parameters.get("nmea_baud")?;
-            let output = Output::serial(Path::new(&serial), u32::try_from(baud)?)
-                .context("parameter 'nmea_serial'")?;
+            let output =
+                Output::serial(Path::new(serial), *baud).context("parameter 'nmea_serial'")?;
             outputs.push(output);
         }
         for output in &outputs {
@@ -101,7 +133,7 @@ impl Instruments {
         Ok((!outputs.is_empty()).then_some(Self {
             outputs,
             sentences,
-            talker,
+            talker: talker.clone(),
             idle: 0,
             is_simulated: Box::new(is_simulated),
             sent: 0,

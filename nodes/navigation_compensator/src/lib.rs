@@ -4,7 +4,7 @@
 mod compensator;
 mod instruments;
 mod node;
-mod parameters;
+pub mod parameters;
 mod transforms;
 mod translation;
 
@@ -12,10 +12,11 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn builder() -> NodeBuilder {
+/// The node with its parameters.
+pub fn builder() -> NodeBuilder {
     NodeBuilder::new("navigation_compensator")
         .about("compensates the IMU by the calibration and navigates free-inertially, with and without it")
-        .parameters(parameters::declarations())
+        .parameters(parameters::declared().declarations())
         .hardware("IMU")
         .managed()
 }

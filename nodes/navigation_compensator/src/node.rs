@@ -78,15 +78,15 @@ impl SolutionPublishers {
 /// # Errors
 /// What the parameters or the middleware refuse.
 pub async fn main(node: Node) -> anyhow::Result<()> {
-    let settings = parameters::settings(node.parameters())?;
-    let shared = Shared(Arc::new(Mutex::new(Compensator::new(settings)?)));
+    let given = parameters::settings(node.parameters())?;
+    let shared = Shared(Arc::new(Mutex::new(Compensator::new(given.node()?)?)));
     let compensated = SolutionPublishers::new(&node, "")?;
     let uncompensated = SolutionPublishers::new(&node, "uncompensated/")?;
     let (frames, fixed_frames) = (
         node.publisher::<TFMessage>("/tf", Qos::reliable(OUTPUT_DEPTH))?,
         node.publisher::<TFMessage>("/tf_static", Qos::latched(1))?,
     );
-    let instruments = Instruments::open(node.parameters(), clock_of(&node))?
+    let instruments = Instruments::open(&given.instruments, clock_of(&node))?
         .map(|instruments| Arc::new(Mutex::new(instruments)));
     if let Some(instruments) = &instruments {
         attend(&node, instruments);
@@ -105,7 +105,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         }
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
-    let depth = imu_input::queue_depth(node.parameters())?;
+    let depth = given.queue_depth();
     let mut joints: Subscription<JointState> =
         node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut calibrations: Subscription<Calibration> =

@@ -1,13 +1,12 @@
 //! Parameters of the node, in the units of the people who set them, and the settings they amount to.
 
-use imu_input::{Number, noise, numbers, turntable};
-use nalgebra::Vector3;
-use ros_node::{Parameter, Parameters};
+use node_parameters::units::{DEGREE_PER_HOUR, MICRO_G};
+use node_parameters::{FilterParameters, InputParameters, alignment, input};
+use ros_node::{ParameterSet, Parameters, Unit};
 use sins::machines::navigator::NavigatorSettings;
-use sins::machines::self_calibration::{Reference, Settings};
-use sins::units::{DEG_PER_HOUR, MICRO_G};
+use sins::machines::self_calibration::Settings;
 
-use crate::instruments;
+use crate::instruments::{self, InstrumentSettings};
 
 /// What the node itself needs to know.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,78 +31,185 @@ pub struct NodeSettings {
     pub silence_s: f64,
 }
 
-/// Numbers that only this node has.
-#[rustfmt::skip]
-const NUMBERS: [Number; 8] = [
-    ("alignment_s", 900.0, "s", 10.0, 36_000.0,
-        "length of the node's own alignment, where it needs one"),
-    ("history_s", 60.0, "s", 0.0, 3600.0,
-        "how long samples are kept for a calibration that arrives after them"),
-    ("joint_patience_s", 0.1, "s", 0.0, 60.0,
-        "how long, by the samples' stamps, a sample waits for the joint state after it"),
-    ("uncompensated_accelerometer_bias_ug", 100.0, "ug", 1e-6, 1e6,
-        "1 sigma of the biases where they are not taken out"),
-    ("uncompensated_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e-9, 1e4,
-        "1 sigma of the drifts where they are not taken out"),
-    ("output_rate_hz", 0.0, "Hz", 0.0, 10_000.0,
-        "odometry, fix_ins and velocity a second of sample time; 0: with every sample"),
-    ("imu_output_rate_hz", 0.0, "Hz", 0.0, 10_000.0,
-        "imu/data a second of sample time; 0: with every sample"),
-    ("tf_rate_hz", 20.0, "Hz", 0.0, 1000.0,
-        "transforms of table and ship a second of sample time, to /tf; 0: none, for a robot_state_publisher has them"),
-];
-
-/// Every parameter with unit, range and default. The defaults are those of [`NavigatorSettings`].
-pub fn declarations() -> Vec<Parameter> {
-    let mut all = imu_input::declarations();
-    all.extend(numbers(&NUMBERS));
-    all.extend(instruments::declarations());
-    all.extend([
-        Parameter::new("start_from_calibration", true)
-            .describe("start from the attitude of the calibration where its samples are still at hand; false: always align anew"),
-        Parameter::new("odometry_frame_id", "odom")
-            .describe("frame of the pose: East-North-Up, origin at the first position"),
-        Parameter::new("base_frame_id", "base_link").describe("frame of the ship: forward-left-up"),
-    ]);
-    all
+impl Default for NodeSettings {
+    fn default() -> Self {
+        Self {
+            navigator: NavigatorSettings::default(),
+            joint_patience_s: 0.1,
+            output_rate_hz: 0.0,
+            imu_output_rate_hz: 0.0,
+            odometry_frame_id: "odom".to_owned(),
+            base_frame_id: "base_link".to_owned(),
+            tf_rate_hz: 20.0,
+            nmea_rate_hz: 10.0,
+            silence_s: InputParameters::default().silence_s,
+        }
+    }
 }
 
-/// The settings that the parameters amount to.
+/// Everything that the parameters say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompensatorParameters {
+    node: NodeSettings,
+    alignment: Alignment,
+    input: InputParameters,
+    /// Where the sentences go.
+    pub instruments: InstrumentSettings,
+}
+
+/// What the node's own alignment assumes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Alignment {
+    filter: FilterParameters,
+    uncompensated_bias_m_s2: f64,
+    uncompensated_drift_rad_s: f64,
+}
+
+/// How the navigator aligns and how long it remembers.
+pub fn navigator() -> ParameterSet<NavigatorSettings> {
+    ParameterSet::new("Navigation", NavigatorSettings::default())
+        .number(
+            "alignment_s",
+            Unit::SECOND,
+            10.0..=36_000.0,
+            |s| &mut s.alignment_s,
+            "Length of the navigator's own alignment, where it needs one",
+        )
+        .number(
+            "history_s",
+            Unit::SECOND,
+            0.0..=3600.0,
+            |s| &mut s.history_s,
+            "How long samples are kept for a calibration that arrives after them",
+        )
+        .switch(
+            "start_from_calibration",
+            |s| &mut s.start_from_calibration,
+            "Start from the attitude of the calibration where its samples are still at hand; false: always align anew",
+        )
+}
+
+fn own_alignment() -> ParameterSet<Alignment> {
+    let base = NavigatorSettings::default().alignment;
+    let filter = alignment(base);
+    let alignment = Alignment {
+        filter: *filter.base(),
+        uncompensated_bias_m_s2: base.prior.accelerometer_bias_m_s2.x,
+        uncompensated_drift_rad_s: base.prior.gyroscope_drift_rad_s.x,
+    };
+    ParameterSet::new("Filter", alignment)
+        .include(filter, |s| &mut s.filter)
+        .number(
+            "uncompensated_accelerometer_bias_ug",
+            MICRO_G,
+            1e-6..=1e6,
+            |s| &mut s.uncompensated_bias_m_s2,
+            "1 sigma of the biases where they are not taken out",
+        )
+        .number(
+            "uncompensated_gyroscope_drift_deg_per_hour",
+            DEGREE_PER_HOUR,
+            1e-9..=1e4,
+            |s| &mut s.uncompensated_drift_rad_s,
+            "1 sigma of the drifts where they are not taken out",
+        )
+}
+
+/// All parameters of the node. The defaults are those of [`NavigatorSettings`].
+pub fn declared() -> ParameterSet<CompensatorParameters> {
+    let base = CompensatorParameters {
+        node: NodeSettings::default(),
+        alignment: *own_alignment().base(),
+        input: *input().base(),
+        instruments: instruments::declared().base().clone(),
+    };
+    ParameterSet::new("Output", base)
+        .include(navigator(), |s| &mut s.node.navigator)
+        .include(own_alignment(), |s| &mut s.alignment)
+        .include(input(), |s| &mut s.input)
+        .group("Input")
+        .number(
+            "joint_patience_s",
+            Unit::SECOND,
+            0.0..=60.0,
+            |s| &mut s.node.joint_patience_s,
+            "How long, by the samples' stamps, a sample waits for the joint state after it",
+        )
+        .group("Output")
+        .number(
+            "output_rate_hz",
+            Unit::HERTZ,
+            0.0..=10_000.0,
+            |s| &mut s.node.output_rate_hz,
+            "How often odometry, fix_ins and velocity are published, by sample time; 0: with every sample",
+        )
+        .number(
+            "imu_output_rate_hz",
+            Unit::HERTZ,
+            0.0..=10_000.0,
+            |s| &mut s.node.imu_output_rate_hz,
+            "How often imu/data is published, by sample time; 0: with every sample",
+        )
+        .number(
+            "tf_rate_hz",
+            Unit::HERTZ,
+            0.0..=1000.0,
+            |s| &mut s.node.tf_rate_hz,
+            "How often transforms of table and ship go to /tf, by sample time; 0: never, for a robot_state_publisher has them",
+        )
+        .text(
+            "odometry_frame_id",
+            |s| &mut s.node.odometry_frame_id,
+            "Frame of the pose: East-North-Up, origin at the first position",
+        )
+        .text(
+            "base_frame_id",
+            |s| &mut s.node.base_frame_id,
+            "Frame of the ship: forward-left-up",
+        )
+        .include(instruments::declared(), |s| &mut s.instruments)
+        .group("NMEA 0183")
+        .number(
+            "nmea_rate_hz",
+            Unit::HERTZ,
+            0.1..=100.0,
+            |s| &mut s.node.nmea_rate_hz,
+            "How often every sentence is sent, by the time of the samples",
+        )
+}
+
+/// What the parameters say.
 ///
 /// # Errors
-/// One line naming the parameter that makes no sense together with the others.
-pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
-    let double = |name: &str| parameters.get::<f64>(name);
-    let mut alignment = Settings {
-        turntable: turntable(parameters)?,
-        noise: noise(parameters)?,
-        reference: Reference::Moored {
-            sigma_m_s: double("moored_sigma_m_s")?,
-        },
-        coarse_alignment_s: double("coarse_alignment_s")?,
-        restart_gap_s: double("restart_gap_s")?,
-        ..Settings::default()
-    };
-    alignment.prior.accelerometer_bias_m_s2 =
-        Vector3::repeat(double("uncompensated_accelerometer_bias_ug")? * MICRO_G);
-    alignment.prior.gyroscope_drift_rad_s =
-        Vector3::repeat(double("uncompensated_gyroscope_drift_deg_per_hour")? * DEG_PER_HOUR);
-    Ok(NodeSettings {
-        navigator: NavigatorSettings {
-            alignment,
-            alignment_s: double("alignment_s")?,
-            history_s: double("history_s")?,
-            start_from_calibration: parameters.get("start_from_calibration")?,
-        },
-        joint_patience_s: double("joint_patience_s")?,
-        output_rate_hz: double("output_rate_hz")?,
-        imu_output_rate_hz: double("imu_output_rate_hz")?,
-        odometry_frame_id: parameters.get("odometry_frame_id")?,
-        base_frame_id: parameters.get("base_frame_id")?,
-        tf_rate_hz: double("tf_rate_hz")?,
-        nmea_rate_hz: double("nmea_rate_hz")?,
-        silence_s: double("silence_s")?,
-    })
+/// One line naming the parameter that means nothing.
+pub fn settings(parameters: &Parameters) -> anyhow::Result<CompensatorParameters> {
+    Ok(declared().read(parameters)?)
+}
+
+impl CompensatorParameters {
+    /// The settings that they amount to.
+    ///
+    /// # Errors
+    /// One line naming the parameter that makes no sense together with the others.
+    pub fn node(&self) -> anyhow::Result<NodeSettings> {
+        let mut node = self.node.clone();
+        let mut alignment: Settings = self.alignment.filter.settings()?;
+        let prior = &mut alignment.prior;
+        prior
+            .accelerometer_bias_m_s2
+            .fill(self.alignment.uncompensated_bias_m_s2);
+        prior
+            .gyroscope_drift_rad_s
+            .fill(self.alignment.uncompensated_drift_rad_s);
+        node.navigator.alignment = alignment;
+        node.silence_s = self.input.silence_s;
+        Ok(node)
+    }
+
+    /// Messages of an input that the middleware keeps.
+    pub fn queue_depth(&self) -> usize {
+        self.input.queue_depth
+    }
 }
 
 #[cfg(test)]
@@ -114,28 +220,21 @@ mod tests {
     /// The defaults are those of the machine to the last bit, so that node and command line agree.
     #[test]
     fn defaults_are_those_of_the_machine() {
-        let parameters = Parameters::defaults(declarations()).unwrap();
-        assert_eq!(
-            settings(&parameters).unwrap().navigator,
-            NavigatorSettings::default()
-        );
+        let parameters = Parameters::defaults(declared().declarations()).unwrap();
+        let node = settings(&parameters).unwrap().node().unwrap();
+        assert_eq!(node, NodeSettings::default());
     }
 
-    /// The parameter file that ships with the project holds every parameter and no other.
+    /// What is not taken out is what the alignment expects to be there.
     #[test]
-    fn the_parameter_file_is_complete() {
-        let file = include_str!("../../../launch-scripts/config/navigation_compensator.yaml");
-        let mut given: Vec<_> = file
-            .lines()
-            .filter_map(|line| line.strip_prefix("    ")?.split_once(':'))
-            .map(|(key, _)| key)
-            .filter(|key| !key.starts_with('#'))
-            .collect();
-        let parameters = crate::builder().declared().unwrap();
-        let declarations = parameters.declarations();
-        let mut declared: Vec<_> = declarations.iter().map(Parameter::name).collect();
-        given.sort_unstable();
-        declared.sort_unstable();
-        assert_eq!(given, declared);
+    fn errors_that_are_not_taken_out_are_expected() {
+        let mut given = declared().base().clone();
+        let bias = "uncompensated_accelerometer_bias_ug";
+        declared().put(&mut given, bias, &50.0.into()).unwrap();
+        let prior = given.node().unwrap().navigator.alignment.prior;
+        assert_eq!(
+            prior.accelerometer_bias_m_s2,
+            nalgebra::Vector3::repeat(MICRO_G.to_si(50.0))
+        );
     }
 }

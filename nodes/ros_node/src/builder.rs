@@ -1,6 +1,5 @@
 //! From the declarations of a node and the command line to a node that can start.
 
-use std::fmt::Write;
 use std::time::Duration;
 
 use ros2_interfaces::Registry;
@@ -10,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::lifecycle::LIFECYCLE_AUTOSTART;
 use crate::names::{NodeIdentity, remap_node};
 use crate::node::Node;
-use crate::parameters::{HARDWARE_ID, Parameter, Parameters};
+use crate::parameters::{self, HARDWARE_ID, NODE, Parameter, Parameters};
 use crate::ros_args::RosArgs;
 use crate::supervisor::Limits;
 
@@ -87,9 +86,11 @@ impl NodeBuilder {
     /// Names the device that the diagnostics speak of, as the default of the parameter `hardware_id`.
     #[must_use]
     pub fn hardware(self, default: &str) -> Self {
-        self.parameter(Parameter::new(HARDWARE_ID, default).describe(
-            "the device that the diagnostics speak of, for instance by its serial number",
-        ))
+        self.parameter(
+            Parameter::new(HARDWARE_ID, default).group(NODE).describe(
+                "Device that the diagnostics speak of, for instance by its serial number",
+            ),
+        )
     }
 
     /// Makes a managed (lifecycle) node of it, see [`crate::LIFECYCLE_AUTOSTART`], which it declares.
@@ -98,7 +99,8 @@ impl NodeBuilder {
         self.managed = true;
         self.parameter(
             Parameter::new(LIFECYCLE_AUTOSTART, true)
-                .describe("come up active; false: wait, unconfigured, for a lifecycle manager"),
+                .group(NODE)
+                .describe("Come up active; false: wait, unconfigured, for a lifecycle manager"),
         )
     }
 
@@ -116,6 +118,27 @@ impl NodeBuilder {
     /// None that a test of the node would not show: faulty declarations.
     pub fn declared(&self) -> Result<Parameters> {
         Parameters::defaults(self.parameters.clone())
+    }
+
+    /// Its parameters in the order in which they are shown: its own, then those that every node has.
+    pub fn declarations(&self) -> Vec<Parameter> {
+        let (own, common): (Vec<_>, Vec<_>) = self
+            .parameters
+            .iter()
+            .cloned()
+            .chain([parameters::use_sim_time()])
+            .partition(|parameter| parameter.group != NODE);
+        own.into_iter().chain(common).collect()
+    }
+
+    /// Its parameters with their defaults as a parameter file: what `--print-parameters` prints.
+    pub fn parameter_file(&self) -> String {
+        parameters::file(&self.name, &self.about, &self.declarations())
+    }
+
+    /// Its parameters as tables in Markdown, for a manual.
+    pub fn parameter_table(&self) -> String {
+        parameters::table(&self.declarations())
     }
 
     /// Lets arguments outside `--ros-args` through to [`Node::arguments`]; without this they are errors.
@@ -195,22 +218,14 @@ impl NodeBuilder {
 
     /// The text of `--help`.
     pub fn usage(&self) -> String {
+        let (name, about) = (&self.name, &self.about);
         let arguments = self.arguments_usage.as_deref().unwrap_or("");
-        let mut text = format!(
-            "{}: {}\n\nUsage: {} {arguments}[--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] [--log-level LEVEL]]\n\nParameters:\n",
-            self.name, self.about, self.name
-        );
-        match self.declared() {
-            Ok(parameters) => {
-                for parameter in parameters.declarations() {
-                    writeln!(text, "{}", parameter.usage()).ok();
-                }
-            }
-            Err(error) => {
-                writeln!(text, "  {error}").ok();
-            }
-        }
-        text
+        format!(
+            "{name}: {about}\n\n\
+             Usage: {name} {arguments}[--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] [--log-level LEVEL]]\n       \
+             {name} --print-parameters [--markdown]   (a parameter file with the defaults, or tables)\n\nParameters:\n{}",
+            parameters::usage(&self.declarations())
+        )
     }
 }
 

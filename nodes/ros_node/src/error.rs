@@ -38,6 +38,17 @@ pub enum Error {
         /// What would have been accepted.
         expected: String,
     },
+    /// A value that is in range and still means nothing.
+    #[error("parameter '{name}': {reason}")]
+    ParameterMeaning {
+        /// The key.
+        name: String,
+        /// What is wrong with it, and what was expected.
+        reason: String,
+    },
+    /// A fault of the program: two declarations of one key.
+    #[error("parameter '{0}' is declared twice")]
+    DeclaredTwice(String),
     /// The node asks for a parameter that it has not declared, or as another type.
     #[error("parameter '{name}' is not declared as {expected}")]
     NotDeclared {

@@ -40,7 +40,7 @@
 //! | part | behaviour |
 //! | --- | --- |
 //! | arguments | `-r`, `-p`, `--params-file`, `--log-level`, `--[enable,disable]-[rosout,stdout]-logs`, `--`; anything unknown is one line and exit status 2; later values win |
-//! | parameters | [`Parameter`]; unknown keys, wrong types and values out of range are errors; read-only unless [`Parameter::changeable`] |
+//! | parameters | [`ParameterSet`]: declared once, with the place in a struct that each stands for; unknown keys, wrong types and values out of range are errors; read-only unless [`Parameter::changeable`]; `--help` lists them, `--print-parameters` prints a file of them |
 //! | environment | `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_AUTOMATIC_DISCOVERY_RANGE` (`SUBNET`, `LOCALHOST`), `ROS_STATIC_PEERS` (IPv4) |
 //! | time | [`Clock`]; with `use_sim_time`, which may be set while the node runs, that of `/clock` (rosgraph_msgs/Clock, best effort, depth 1) |
 //! | topics | [`Publisher::publish`] never waits and says what became of the message ([`Published`]), [`Subscription`] hears reliable and best-effort publishers; what is dropped, lost or incompatible is counted and told |
@@ -119,7 +119,9 @@ pub use logging::fatal;
 pub use names::{NameKind, NodeIdentity, RemapRule, RemapTarget};
 pub use node::Node;
 pub use overflow::Overflow;
-pub use parameters::{FromValue, Parameter, ParameterType, Parameters, USE_SIM_TIME, Value};
+pub use parameters::{
+    FromValue, Parameter, ParameterSet, ParameterType, Parameters, USE_SIM_TIME, Unit, Value,
+};
 pub use publisher::{Published, Publisher, PublisherStatistics};
 pub use qos::{Qos, SENSOR_DEPTH};
 pub use raw::{DiscoveredPublisher, Payload};

@@ -73,6 +73,15 @@ where
         println!("{}", builder.usage());
         return ExitCode::SUCCESS;
     }
+    let is_asked = |option: &str| ros_args.others.iter().any(|argument| argument == option);
+    if is_asked("--print-parameters") {
+        if is_asked("--markdown") {
+            print!("{}", builder.parameter_table());
+        } else {
+            print!("{}", builder.parameter_file());
+        }
+        return ExitCode::SUCCESS;
+    }
     let workers = builder.workers();
     let startup = match builder.check(ros_args) {
         Ok(startup) => startup,

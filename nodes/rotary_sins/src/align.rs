@@ -54,7 +54,7 @@ struct Alignment {
 /// Aligns on all samples up to the first turn of the table.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
-    let mut calibrator = Calibrator::new(&options.filter.settings(options.input.turntable()?)?)?;
+    let mut calibrator = Calibrator::new(&options.filter.machine(options.input.turntable()?)?)?;
     // The last estimate, and the one before it: the last one may already be of a block that turns.
     let mut aligned: [Option<Estimate>; 2] = [None, None];
     let mut first_joints: Option<[f64; 2]> = None;

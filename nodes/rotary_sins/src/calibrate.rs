@@ -80,8 +80,8 @@ struct Report {
 /// Runs the whole bag through the machine.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
-    let mut settings = options.filter.settings(options.input.turntable()?)?;
-    settings.thresholds = options.thresholds.thresholds();
+    let mut settings = options.filter.machine(options.input.turntable()?)?;
+    settings.thresholds = options.thresholds.thresholds()?;
     let mut calibrator = Calibrator::new(&settings)?;
     let mut said = 0.0;
     let mut notes = options

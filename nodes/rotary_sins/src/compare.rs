@@ -66,7 +66,7 @@ impl Options {
             "--rate is {}, expected 1 to 1000",
             self.rate
         );
-        let ship = self.ship.ship();
+        let ship = self.ship.settings()?;
         ship.validate()?;
         Ok(Plan {
             runs: self.runs,

@@ -66,7 +66,7 @@ impl Options {
             rate_hz: self.rate,
             noise: self.noise.reading(),
             seed: self.seed,
-            ship: self.ship.ship(),
+            ship: self.ship.settings()?,
         })
     }
 }

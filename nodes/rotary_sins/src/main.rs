@@ -15,6 +15,7 @@ mod monitor;
 mod navigate;
 mod observability;
 mod output;
+mod parameter_options;
 mod play;
 mod progress;
 mod record;

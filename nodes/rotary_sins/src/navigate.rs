@@ -5,6 +5,7 @@ use std::{ops::ControlFlow, path::PathBuf};
 use anyhow::ensure;
 use bags::Sample;
 use clap::Args;
+use ros_node::ParameterSet;
 use serde::Serialize;
 use sins::{
     earth::Position,
@@ -16,7 +17,13 @@ use sins::{
     units::NAUTICAL_MILE_M,
 };
 
-use crate::{Outcome, filter_options::FilterOptions, output, sensor_input::SensorInput};
+use crate::{
+    Outcome,
+    filter_options::FilterOptions,
+    output,
+    parameter_options::{Given, Group},
+    sensor_input::SensorInput,
+};
 
 /// Options of `navigate`.
 #[derive(Args)]
@@ -26,14 +33,27 @@ pub struct Options {
     /// Calibration, as `calibrate --output` writes it
     #[arg(long, value_name = "FILE.yaml")]
     calibration: PathBuf,
-    /// How long it aligns itself first
-    #[arg(long, value_name = "SECONDS", default_value_t = 900.0)]
-    alignment_s: f64,
+    #[command(flatten)]
+    navigation: Given<Navigation>,
     /// Write JSON
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     filter: FilterOptions,
+}
+
+/// Parameters of the navigator, as the node `navigation_compensator` has them, that mean something for a bag.
+#[derive(Clone, Debug)]
+struct Navigation;
+
+impl Group for Navigation {
+    type Settings = NavigatorSettings;
+    const HEADING: &'static str = "Navigation";
+
+    fn set() -> ParameterSet<NavigatorSettings> {
+        navigation_compensator::parameters::navigator()
+            .without(&["history_s", "start_from_calibration"])
+    }
 }
 
 #[derive(Serialize)]
@@ -70,10 +90,10 @@ impl Distance {
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let calibration = calibration_file::read(&options.calibration)?;
     let bag = options.input.open()?;
+    let settings = options.navigation.settings()?;
     let mut navigator = Navigator::new(NavigatorSettings {
-        alignment: options.filter.settings(options.input.turntable()?)?,
-        alignment_s: options.alignment_s,
-        ..NavigatorSettings::default()
+        alignment: options.filter.machine(options.input.turntable()?)?,
+        ..settings
     })?;
     navigator.ingest_calibration(calibration)?;
     let (mut with, mut without) = (Distance::default(), Distance::default());
@@ -115,7 +135,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             "{}: navigation did not begin: it stands at {}, and needs {} s at rest and a position",
             options.input.what_is_missing(&bag),
             navigator.phase().name(),
-            options.alignment_s
+            settings.alignment_s
         );
     };
     notes.tell(&output::Screen);

@@ -41,7 +41,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let scheme = scheme_options::scheme(&options.scheme)?;
     let program = scheme.program(options.table.table(&scheme)?)?;
     let setting = Setting {
-        ship: options.ship.ship(),
+        ship: options.ship.settings()?,
         duration_s: options.hours * 3600.0,
         noise: options.noise.reading().density(),
         ..Setting::default()

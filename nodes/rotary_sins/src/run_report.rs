@@ -49,8 +49,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         Some(path) => path.clone(),
         None => beside(bag.path())?,
     };
-    let mut settings = options.filter.settings(input.turntable()?)?;
-    settings.thresholds = options.thresholds.thresholds();
+    let mut settings = options.filter.machine(input.turntable()?)?;
+    settings.thresholds = options.thresholds.thresholds()?;
     let request = Request {
         bag: &bag,
         source: &input.source()?,

@@ -1,14 +1,15 @@
 //! Options that name a scheme, a table and a ship, as several commands take them.
 
-use std::fmt::Write;
-
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use ros_node::ParameterSet;
 use sins::{
     simulation::{NoiseReading, Ship},
     table::scheme::{BUILTIN_NAMES, Scheme},
     table::{Axis, Turntable},
 };
+
+use crate::parameter_options::{Given, Group};
 
 /// A scheme by its name, or from a file.
 pub fn scheme(name: &str) -> anyhow::Result<Scheme> {
@@ -45,91 +46,21 @@ impl TableOptions {
     }
 }
 
+/// Parameters of the ship, as the node `imu_simulator` has them.
+#[derive(Clone, Debug)]
+pub struct ShipGroup;
+
+impl Group for ShipGroup {
+    type Settings = Ship;
+    const HEADING: &'static str = "Ship";
+
+    fn set() -> ParameterSet<Ship> {
+        imu_simulator::parameters::ship()
+    }
+}
+
 /// Where the ship lies and how.
-#[derive(Args, Clone, Copy)]
-pub struct ShipOptions {
-    /// Latitude of the ship
-    #[arg(
-        long,
-        default_value_t = 45.78,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    latitude_deg: f64,
-    /// Longitude of the ship
-    #[arg(
-        long,
-        default_value_t = 126.67,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    longitude_deg: f64,
-    /// Height of the ship above the ellipsoid
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "M",
-        allow_negative_numbers = true
-    )]
-    height_m: f64,
-    /// Heading of the y axis, clockwise from true north
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    heading_deg: f64,
-    /// Roll, starboard down positive
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    roll_deg: f64,
-    /// Pitch, bow up positive
-    #[arg(
-        long,
-        default_value_t = 0.0,
-        value_name = "DEG",
-        allow_negative_numbers = true
-    )]
-    pitch_deg: f64,
-}
-
-impl ShipOptions {
-    /// The options that are not as by default, to be given again.
-    pub fn arguments(&self) -> String {
-        let options = [
-            ("--latitude-deg", self.latitude_deg, 45.78),
-            ("--longitude-deg", self.longitude_deg, 126.67),
-            ("--height-m", self.height_m, 0.0),
-            ("--heading-deg", self.heading_deg, 0.0),
-            ("--roll-deg", self.roll_deg, 0.0),
-            ("--pitch-deg", self.pitch_deg, 0.0),
-        ];
-        let mut text = String::new();
-        for (name, value, default) in options {
-            if value != default {
-                write!(text, " {name} {value}").ok();
-            }
-        }
-        text
-    }
-
-    /// The ship.
-    pub fn ship(&self) -> Ship {
-        Ship {
-            latitude_rad: self.latitude_deg.to_radians(),
-            longitude_rad: self.longitude_deg.to_radians(),
-            height_m: self.height_m,
-            heading_rad: self.heading_deg.to_radians(),
-            roll_rad: self.roll_deg.to_radians(),
-            pitch_rad: self.pitch_deg.to_radians(),
-        }
-    }
-}
+pub type ShipOptions = Given<ShipGroup>;
 
 /// White noise of the sensors, by the two readings of the paper's '0.001 deg/h'.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

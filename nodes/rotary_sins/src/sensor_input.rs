@@ -6,13 +6,14 @@ use analysis::{Notes, SensorSource};
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
+use ros_node::ParameterSet;
 use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
-use sins::{
-    earth::Position,
-    table::{Axis, Turntable},
-};
+use sins::{earth::Position, table::Turntable};
 
-use crate::progress::SecondsBar;
+use crate::{
+    parameter_options::{Given, Group},
+    progress::SecondsBar,
+};
 
 /// Samples handed over at once ...
 const BATCH: usize = 1024;
@@ -64,18 +65,28 @@ pub struct SensorInput {
         allow_negative_numbers = true
     )]
     height_m: f64,
-    /// Axis of the block that the outer joint turns about
-    #[arg(long, value_name = "x|y|z", default_value = "x")]
-    outer_axis: Axis,
-    /// Axis of the block that the inner joint turns about
-    #[arg(long, value_name = "x|y|z", default_value = "y")]
-    inner_axis: Axis,
+    #[command(flatten)]
+    axes: Given<Axes>,
+}
+
+/// Parameters of the table, as the nodes have them.
+#[derive(Clone, Debug)]
+struct Axes;
+
+impl Group for Axes {
+    type Settings = Turntable;
+    const HEADING: &'static str = "Table";
+
+    fn set() -> ParameterSet<Turntable> {
+        node_parameters::axes()
+    }
 }
 
 impl SensorInput {
     /// The table.
     pub fn turntable(&self) -> anyhow::Result<Turntable> {
-        Ok(Turntable::new(self.outer_axis, self.inner_axis)?)
+        let Turntable { outer, inner } = self.axes.settings()?;
+        Ok(Turntable::new(outer, inner)?)
     }
 
     /// Opens the bag and says what of it cannot be read.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use bags::{BagWriter, Compression, NewTopic, Qos, TopicId, WriteOptions};
 use clap::{Args, ValueEnum};
-use nalgebra::Vector3;
+use ros_node::ParameterSet;
 use ros2_interfaces::{
     RosMessage,
     geometry_msgs::TwistWithCovarianceStamped,
@@ -15,18 +15,18 @@ use rotary_sins_msgs::convert::{ToMessage, imu_from_sample};
 use rotary_sins_msgs::{Calibration, SchemeStatus};
 use serde::Serialize;
 use sins::{
-    sensor::sample::NoiseDensity,
     simulation::{
-        ImuErrorSettings, NoiseReading, PlantSettings, Run, Simulator, SimulatorSettings,
+        AidingSettings, EncoderSettings, ImuErrorSettings, NoiseReading, PlantSettings, Run,
+        Simulator, SimulatorSettings,
     },
     table::Turntable,
     table::scheme::{Sequencer, sequencer::SequencerSettings},
     time::Stamp,
-    units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G, PPM},
 };
 
 use crate::{
     Outcome, output,
+    parameter_options::{Given, Group},
     progress::SecondsBar,
     scheme_options::{self, ShipOptions, TableOptions},
 };
@@ -78,12 +78,8 @@ pub struct Options {
     /// Length
     #[arg(long, default_value_t = 4.0)]
     hours: f64,
-    /// Samples of the IMU a second
-    #[arg(long, default_value_t = 100.0, value_name = "HZ")]
-    rate: f64,
-    /// Decides all noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    run: Given<RunGroup>,
     /// Bag to write: FILE.mcap, or the directory of a rosbag2
     #[arg(long, value_name = "BAG")]
     output: PathBuf,
@@ -94,33 +90,15 @@ pub struct Options {
     ship: ShipOptions,
     #[command(flatten)]
     table: TableOptions,
-    /// Joint states a second
-    #[arg(long, default_value_t = 20.0, value_name = "HZ")]
-    joint_state_rate: f64,
-    /// Gyroscope drift x,y,z
-    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [0.01; 3], value_name = "DEG/h", allow_negative_numbers = true)]
-    gyroscope_drift_deg_per_hour: Vec<f64>,
-    /// Accelerometer bias x,y,z
-    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [100.0; 3], value_name = "ug", allow_negative_numbers = true)]
-    accelerometer_bias_ug: Vec<f64>,
-    /// Gyroscope scale factor errors x,y,z
-    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [0.0; 3], value_name = "ppm", allow_negative_numbers = true)]
-    gyroscope_scale_factor_ppm: Vec<f64>,
-    /// Accelerometer scale factor errors x,y,z
-    #[arg(long, value_delimiter = ',', num_args = 1..=3, default_values_t = [0.0; 3], value_name = "ppm", allow_negative_numbers = true)]
-    accelerometer_scale_factor_ppm: Vec<f64>,
+    #[command(flatten)]
+    errors: Given<ErrorGroup>,
+    #[command(flatten)]
+    encoders: Given<EncoderGroup>,
+    #[command(flatten)]
+    aiding: Given<AidingGroup>,
     /// White noise
     #[arg(long, value_enum, default_value = "D")]
     noise: Noise,
-    /// White noise of the gyroscopes, instead of --noise
-    #[arg(long, value_name = "DEG/√h")]
-    angle_random_walk_deg_per_sqrt_hour: Option<f64>,
-    /// White noise of the accelerometers, instead of --noise
-    #[arg(long, value_name = "ug/√Hz")]
-    velocity_random_walk_ug_per_sqrt_hz: Option<f64>,
-    /// Time of the start, seconds since 1970
-    #[arg(long, default_value_t = 1_760_000_000, value_name = "SECONDS")]
-    start_time: u32,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -163,65 +141,75 @@ fn command() -> String {
         .join(" ")
 }
 
-/// One value for all axes, or one for each.
-fn triple(name: &str, values: &[f64]) -> anyhow::Result<Vector3<f64>> {
-    match *values {
-        [all] => Ok(Vector3::repeat(all)),
-        [x, y, z] => Ok(Vector3::new(x, y, z)),
-        _ => bail!("{name} has {} values, expected 1 or 3", values.len()),
-    }
+/// A group of the node `imu_simulator` as options.
+macro_rules! group {
+    ($(#[$doc:meta])* $name:ident, $settings:ty, $heading:literal, $set:ident $(, $constant:ident = $pairs:expr)*) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug)]
+        struct $name;
+
+        impl Group for $name {
+            type Settings = $settings;
+            const HEADING: &'static str = $heading;
+            $(const $constant: &'static [(&'static str, &'static str)] = &$pairs;)*
+
+            fn set() -> ParameterSet<$settings> {
+                imu_simulator::parameters::$set()
+            }
+        }
+    };
 }
+
+group!(
+    /// Rates, seed and start.
+    RunGroup, SimulatorSettings, "Simulation", run,
+    NAMES = [
+        ("imu_rate_hz", "rate"),
+        ("joint_state_rate_hz", "joint-state-rate"),
+        ("start_time_s", "start-time"),
+    ]
+);
+group!(
+    /// Errors of the IMU; its noise is by the paper's readings where it is not given.
+    ErrorGroup, ImuErrorSettings, "Sensor errors", imu_errors,
+    DECIDED_BY = [
+        ("angle_random_walk_deg_per_sqrt_hour", "--noise"),
+        ("velocity_random_walk_ug_per_sqrt_hz", "--noise"),
+    ]
+);
+group!(
+    /// Errors of the encoders.
+    EncoderGroup, EncoderSettings, "Encoders", encoders
+);
+group!(
+    /// Noise of position and velocity.
+    AidingGroup, AidingSettings, "Aiding", aiding
+);
 
 impl Options {
     fn errors(&self) -> anyhow::Result<ImuErrorSettings> {
-        let mut settings = ImuErrorSettings::perfect();
-        let errors = &mut settings.errors;
-        errors.gyroscope_drift = triple(
-            "--gyroscope-drift-deg-per-hour",
-            &self.gyroscope_drift_deg_per_hour,
-        )? * DEG_PER_HOUR;
-        errors.accelerometer_bias =
-            triple("--accelerometer-bias-ug", &self.accelerometer_bias_ug)? * MICRO_G;
-        let scale = triple(
-            "--gyroscope-scale-factor-ppm",
-            &self.gyroscope_scale_factor_ppm,
-        )? * PPM;
-        errors.gyroscope_matrix.set_diagonal(&scale);
-        let scale = triple(
-            "--accelerometer-scale-factor-ppm",
-            &self.accelerometer_scale_factor_ppm,
-        )? * PPM;
-        errors.accelerometer_matrix.set_diagonal(&scale);
+        let mut settings = *ErrorGroup::set().base();
         settings.noise = match self.noise {
             Noise::D => NoiseReading::D.density(),
             Noise::H => NoiseReading::H.density(),
-            Noise::None => NoiseDensity {
-                gyroscope: Vector3::zeros(),
-                accelerometer: Vector3::zeros(),
-            },
+            Noise::None => ImuErrorSettings::perfect().noise,
         };
-        if let Some(density) = self.angle_random_walk_deg_per_sqrt_hour {
-            settings.noise.gyroscope = Vector3::repeat(density * DEG_PER_SQRT_HOUR);
-        }
-        if let Some(density) = self.velocity_random_walk_ug_per_sqrt_hz {
-            settings.noise.accelerometer = Vector3::repeat(density * MICRO_G);
-        }
+        self.errors.apply(&mut settings)?;
         Ok(settings)
     }
 
     fn settings(&self, turntable: Turntable) -> anyhow::Result<SimulatorSettings> {
+        let run = self.run.settings()?;
         Ok(SimulatorSettings {
             plant: PlantSettings {
-                ship: self.ship.ship(),
+                ship: self.ship.settings()?,
                 turntable,
-                imu_rate_hz: self.rate,
-                start: Stamp::from_nanos(i64::from(self.start_time) * 1_000_000_000),
-                ..PlantSettings::default()
+                ..run.plant
             },
             imu: self.errors()?,
-            joint_state_rate_hz: self.joint_state_rate,
-            seed: self.seed,
-            ..SimulatorSettings::default()
+            encoder: self.encoders.settings()?,
+            aiding: self.aiding.settings()?,
+            ..run
         })
     }
 }

@@ -2,7 +2,7 @@
 //! samples, commands become joint trajectories or goals, and service calls become requests.
 
 mod node;
-mod parameters;
+pub mod parameters;
 mod stopping;
 mod table;
 
@@ -10,10 +10,11 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn builder() -> NodeBuilder {
+/// The node with its parameters.
+pub fn builder() -> NodeBuilder {
     NodeBuilder::new("scheme_sequencer")
         .about("turns the table through a rotation scheme and says where it stands")
-        .parameters(parameters::declarations())
+        .parameters(parameters::declared().declarations())
         .hardware("turntable")
         .managed()
 }

@@ -290,9 +290,10 @@ fn is_news(last: &Status, status: &Status) -> bool {
 /// # Errors
 /// A scheme or parameters that mean nothing, endpoints that cannot be created.
 pub async fn main(node: Node) -> Result<()> {
-    let (program, settings) = parameters::program(&node)?;
+    let given = parameters::settings(node.parameters())?;
+    let (program, settings) = (given.program()?, given.sequencer);
     let (name, axes) = (program.name.clone(), program.table);
-    let (table, driver) = Table::new(&node, &settings)?;
+    let (table, driver) = Table::new(&node, &settings, given.uses_action)?;
     let mut endings = node.endings(Duration::from_secs_f64(settings.arrival_timeout_s));
     let mut joint_states = node.subscription::<JointState>(JOINT_STATES, Qos::sensor())?;
     let shared = Shared {
@@ -321,7 +322,7 @@ pub async fn main(node: Node) -> Result<()> {
         axes.outer,
         axes.inner
     );
-    if node.parameter("autostart")? {
+    if given.autostart {
         shared.request("started", |sequencer| sequencer.start().map(|()| None));
     }
     let mut looks = tokio::time::interval(LOOK);

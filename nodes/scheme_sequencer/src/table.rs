@@ -63,15 +63,16 @@ pub enum News {
 }
 
 impl Table {
-    /// The way that the parameter `table_interface` chooses, and the driver to be run, where it takes one.
+    /// By goals of the action or by the topic, and the driver to be run, where it takes one.
     ///
     /// # Errors
-    /// A name that is none, or a middleware that refuses.
+    /// A middleware that refuses.
     pub fn new(
         node: &Node,
         settings: &SequencerSettings,
+        uses_action: bool,
     ) -> ros_node::Result<(Self, Option<Driver>)> {
-        if node.parameter::<String>("table_interface")? == "topic" {
+        if !uses_action {
             return Ok((
                 Self::Topic(node.publisher(TOPIC, Qos::reliable(100))?),
                 None,

@@ -5,7 +5,7 @@
 mod action;
 mod calibrator;
 mod node;
-mod parameters;
+pub mod parameters;
 mod phase;
 mod storage;
 mod translation;
@@ -14,10 +14,11 @@ use std::process::ExitCode;
 
 use ros_node::NodeBuilder;
 
-fn builder() -> NodeBuilder {
+/// The node with its parameters.
+pub fn builder() -> NodeBuilder {
     NodeBuilder::new("self_calibrator")
         .about("estimates gyroscope drift and accelerometer bias while the turntable turns the IMU")
-        .parameters(parameters::declarations())
+        .parameters(parameters::declared().declarations())
         .hardware("IMU")
         .managed()
 }

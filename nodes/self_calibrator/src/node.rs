@@ -70,16 +70,16 @@ impl Publishers {
 /// # Errors
 /// What the parameters or the middleware refuse.
 pub async fn main(node: Node) -> anyhow::Result<()> {
-    let settings = parameters::settings(node.parameters())?;
-    let silence = Duration::from_secs_f64(node.parameter("silence_s")?);
-    let calibrator = Calibrator::new(&settings, &node.fully_qualified_name(), silence)?;
+    let given = parameters::settings(node.parameters())?;
+    let settings = given.machine()?;
+    let calibrator = Calibrator::new(&settings, &node.fully_qualified_name(), given.silence())?;
     let shared = Shared(Arc::new(Mutex::new(calibrator)));
     let publishers = Publishers {
         estimate: node.publisher(topic::ESTIMATE, Qos::latched(100))?,
         calibration: node.publisher(topic::CALIBRATION, Qos::latched(1))?,
     };
     let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
-    let depth = imu_input::queue_depth(node.parameters())?;
+    let depth = given.queue_depth();
     let mut joints: Subscription<JointState> =
         node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut scheme: Subscription<SchemeStatus> =
@@ -90,7 +90,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         Reference::Moored { .. } => None,
     };
     let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
-    serve(&node, &shared, &publishers)?;
+    serve(&node, &shared, &publishers, &given.calibration_file)?;
     watch(&node, &shared);
     let mut action = SelfCalibrate::new(&node)?;
     let mut endings = node.endings(ENDING);
@@ -141,8 +141,13 @@ async fn next(
     }
 }
 
-fn serve(node: &Node, shared: &Shared, publishers: &Publishers) -> ros_node::Result<()> {
-    let path = storage::path(&node.parameter::<String>("calibration_file")?);
+fn serve(
+    node: &Node,
+    shared: &Shared,
+    publishers: &Publishers,
+    calibration_file: &str,
+) -> ros_node::Result<()> {
+    let path = storage::path(calibration_file);
     let (calibrator, to) = (shared.clone(), path.clone());
     node.serve_trigger("~/save", move || calibrator.lock().save(&to))?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());

@@ -57,7 +57,8 @@ for file in files:
 print("good")
 "#;
 
-fn install(prefix: &Path) {
+/// Lays the suite out below this folder.
+pub(crate) fn install(prefix: &Path) {
     let output = Command::new(repository().join("launch-scripts/install.sh"))
         .arg(prefix)
         .env("CARGO_TARGET_DIR", target_directory())
@@ -102,29 +103,4 @@ fn ros_2_finds_the_packages() {
     // Sourced twice, it stands there once.
     let path = text.lines().last().unwrap();
     assert_eq!(path.matches(prefix.to_str().unwrap()).count(), 1, "{path}");
-}
-
-/// The parameter files that are installed are those that the nodes print: every node starts with its own.
-#[test]
-fn nodes_take_their_installed_parameter_files() {
-    let prefix = scratch("install-config");
-    install(&prefix);
-    for node in [
-        "imu_simulator",
-        "scheme_sequencer",
-        "self_calibrator",
-        "navigation_compensator",
-    ] {
-        let file = prefix.join(format!("share/rotary_sins/config/{node}.yaml"));
-        let output = Command::new(prefix.join("lib/rotary_sins").join(node))
-            .args(["--help", "--ros-args", "--params-file"])
-            .arg(&file)
-            .output()
-            .unwrap();
-        assert!(
-            output.status.success(),
-            "{node}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-    }
 }

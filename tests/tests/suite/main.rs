@@ -22,6 +22,7 @@ mod layouts;
 mod manners;
 mod manual;
 mod monitor;
+mod parameters;
 mod real_data;
 mod replay;
 mod report_page;

@@ -19,6 +19,7 @@ use super::value::{ParameterType, Value};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     pub(crate) name: String,
+    pub(crate) group: String,
     pub(crate) default: Value,
     pub(crate) description: String,
     pub(crate) unit: String,
@@ -34,6 +35,7 @@ impl Parameter {
     pub fn new(name: &str, default: impl Into<Value>) -> Self {
         Self {
             name: name.to_owned(),
+            group: String::new(),
             default: default.into(),
             description: String::new(),
             unit: String::new(),
@@ -48,6 +50,13 @@ impl Parameter {
     #[must_use]
     pub fn describe(mut self, description: &str) -> Self {
         description.clone_into(&mut self.description);
+        self
+    }
+
+    /// The heading that it stands below, wherever parameters are listed.
+    #[must_use]
+    pub fn group(mut self, group: &str) -> Self {
+        group.clone_into(&mut self.group);
         self
     }
 
@@ -91,8 +100,61 @@ impl Parameter {
         &self.name
     }
 
-    pub(crate) fn kind(&self) -> ParameterType {
+    /// The value that it has where nobody gives one.
+    pub fn default(&self) -> &Value {
+        &self.default
+    }
+
+    /// What it is for.
+    pub fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// Symbol of its unit; empty where it has none.
+    pub fn unit_symbol(&self) -> &str {
+        &self.unit
+    }
+
+    /// Smallest and largest number that it, or an element of it, may be.
+    pub fn bounds(&self) -> Option<(f64, f64)> {
+        self.range
+    }
+
+    /// The only texts that it, or an element of it, may be; empty: any.
+    pub fn choices(&self) -> &[String] {
+        &self.allowed
+    }
+
+    /// Its type.
+    pub fn kind(&self) -> ParameterType {
         self.default.kind()
+    }
+
+    /// A value as a command line gives it: elements of an array with commas between them, and one for all where their number is fixed.
+    ///
+    /// # Errors
+    /// What was expected.
+    pub fn parse(&self, text: &str) -> Result<Value, String> {
+        let parts = || text.split(',').map(str::trim);
+        let double = |text: &str| text.parse::<f64>().map_err(|_| self.expected());
+        let value = match self.kind() {
+            ParameterType::Bool => Value::Bool(text.parse().map_err(|_| self.expected())?),
+            ParameterType::Integer => Value::Integer(text.parse().map_err(|_| self.expected())?),
+            ParameterType::Double => Value::Double(double(text)?),
+            ParameterType::String => Value::String(text.to_owned()),
+            ParameterType::DoubleArray => {
+                let values: Vec<f64> = parts().map(double).collect::<Result<_, _>>()?;
+                Value::DoubleArray(match (values.as_slice(), self.length) {
+                    (&[all], Some(length)) => vec![all; length],
+                    _ => values,
+                })
+            }
+            ParameterType::StringArray => Value::StringArray(parts().map(str::to_owned).collect()),
+            ParameterType::BoolArray | ParameterType::IntegerArray => {
+                return Err("an array that a command line cannot give".to_owned());
+            }
+        };
+        self.check(&value).map(|()| value)
     }
 
     /// What a value must be, for a person: type, range or choice, unit.
@@ -150,15 +212,22 @@ impl Parameter {
             "  {} (default {}): {}",
             self.name,
             self.default,
-            self.expected()
+            self.limits()
         );
-        if !self.read_only {
-            text.push_str(", may be set while running");
-        }
         if !self.description.is_empty() {
             write!(text, "\n      {}", self.description).ok();
         }
         text
+    }
+
+    /// What a value must be, and whether it may change.
+    pub(crate) fn limits(&self) -> String {
+        let changeable = if self.read_only {
+            ""
+        } else {
+            ", may be set while running"
+        };
+        format!("{}{changeable}", self.expected())
     }
 
     /// As `describe_parameters` answers.
@@ -205,5 +274,31 @@ impl Parameter {
                 .into_iter()
                 .collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A command line gives numbers, words and lists; what does not fit is refused by what was expected.
+    #[test]
+    fn values_of_a_command_line() {
+        let rate = Parameter::new("rate", 1.0).range(0.0, 10.0).unit("Hz");
+        assert_eq!(rate.parse("3").unwrap(), Value::Double(3.0));
+        for wrong in ["fast", "11", "NaN", ""] {
+            assert_eq!(
+                rate.parse(wrong).unwrap_err(),
+                "double from 0.0 to 10.0 [Hz]"
+            );
+        }
+        let axes = Parameter::new("axes", vec![0.0; 3]).length(3);
+        assert_eq!(axes.parse("1,-2, 3").unwrap(), vec![1.0, -2.0, 3.0].into());
+        assert_eq!(axes.parse("4").unwrap(), vec![4.0; 3].into());
+        assert!(axes.parse("1,2").is_err());
+        let name = Parameter::new("name", "a").one_of(&["a", "b"]);
+        assert_eq!(name.parse("b").unwrap(), "b".into());
+        assert!(name.parse("c").unwrap_err().contains("one of a, b"));
     }
 }

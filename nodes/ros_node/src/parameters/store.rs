@@ -17,8 +17,19 @@ pub const USE_SIM_TIME: &str = "use_sim_time";
 /// Name of the parameter that names the device a node's diagnostics speak of.
 pub(crate) const HARDWARE_ID: &str = "hardware_id";
 
+/// Heading of the parameters that every node has.
+pub(crate) const NODE: &str = "Node";
+
 /// Parameters of this prefix are declared with the endpoint they belong to.
 pub(crate) const QOS_OVERRIDES: &str = "qos_overrides.";
+
+/// The standard parameter that every node has.
+pub(crate) fn use_sim_time() -> Parameter {
+    Parameter::new(USE_SIM_TIME, false)
+        .group(NODE)
+        .describe("Take the time from /clock instead of the system")
+        .changeable()
+}
 
 /// All parameters of a node.
 #[derive(Debug)]
@@ -40,21 +51,28 @@ impl Parameters {
     /// The declarations, and `use_sim_time`, with the values given on the command line and in files.
     ///
     /// # Errors
-    /// [`Error::UnknownParameter`] and [`Error::ParameterValue`], naming key, value and origin.
+    /// [`Error::UnknownParameter`] and [`Error::ParameterValue`], naming key, value and origin; of faulty declarations,
+    /// [`Error::DeclaredTwice`], and [`Error::ParameterValue`] where a default is out of its own range.
     pub(crate) fn new(declarations: Vec<Parameter>, overrides: &[Override]) -> Result<Self> {
         let mut store = Store {
             declared: BTreeMap::new(),
             values: BTreeMap::new(),
             waiting: Vec::new(),
         };
-        let use_sim_time = Parameter::new(USE_SIM_TIME, false)
-            .describe("take the time from /clock instead of the system")
-            .changeable();
-        for parameter in std::iter::once(use_sim_time).chain(declarations) {
-            store
-                .values
-                .insert(parameter.name.clone(), parameter.default.clone());
-            store.declared.insert(parameter.name.clone(), parameter);
+        for parameter in std::iter::once(use_sim_time()).chain(declarations) {
+            let (name, value) = (parameter.name.clone(), parameter.default.clone());
+            if let Err(expected) = parameter.check(&value) {
+                return Err(Error::ParameterValue {
+                    name,
+                    origin: "default".to_owned(),
+                    value: value.to_string(),
+                    expected,
+                });
+            }
+            store.values.insert(name.clone(), value);
+            if store.declared.insert(name.clone(), parameter).is_some() {
+                return Err(Error::DeclaredTwice(name));
+            }
         }
         for given in overrides {
             match store.declared.get(&given.name) {

@@ -1,0 +1,326 @@
+//! What the filter assumes.
+
+use std::fmt;
+use std::str::FromStr;
+
+use anyhow::{Context, ensure};
+use nalgebra::Vector3;
+use ros_node::{ParameterSet, Unit};
+use sins::machines::self_calibration::{Reference, Settings};
+use sins::sensor::sample::NoiseDensity;
+use sins::table::Turntable;
+
+use crate::axes;
+use crate::units::{
+    DEGREE, DEGREE_PER_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G, MICRO_G_PER_SQRT_HERTZ,
+};
+
+/// How much later than its sample a measured velocity may come, where nothing else is said \[s\].
+const VELOCITY_PATIENCE_S: f64 = 2.0;
+
+/// What the velocity is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityReference {
+    /// The ship lies at her mooring.
+    Moored,
+    /// Velocities over ground.
+    Measured,
+}
+
+impl VelocityReference {
+    const NAMES: [&str; 2] = ["moored", "measured"];
+}
+
+impl fmt::Display for VelocityReference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::NAMES[*self as usize])
+    }
+}
+
+impl FromStr for VelocityReference {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "moored" => Ok(Self::Moored),
+            "measured" => Ok(Self::Measured),
+            other => Err(format!("'{other}' is none of {}", Self::NAMES.join(", "))),
+        }
+    }
+}
+
+/// The settings of the filter, and what of them is not put together yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterParameters {
+    settings: Settings,
+    velocity_reference: VelocityReference,
+    moored_sigma_m_s: f64,
+    velocity_patience_s: f64,
+}
+
+impl From<Settings> for FilterParameters {
+    /// As these settings have it.
+    fn from(settings: Settings) -> Self {
+        let moored = |reference| match reference {
+            Reference::Moored { sigma_m_s } => Some(sigma_m_s),
+            Reference::Measured { .. } => None,
+        };
+        let patience = |reference| match reference {
+            Reference::Moored { .. } => None,
+            Reference::Measured { patience_s } => Some(patience_s),
+        };
+        let velocity_reference = match settings.reference {
+            Reference::Moored { .. } => VelocityReference::Moored,
+            Reference::Measured { .. } => VelocityReference::Measured,
+        };
+        Self {
+            settings,
+            velocity_reference,
+            moored_sigma_m_s: moored(settings.reference)
+                .or_else(|| moored(Settings::default().reference))
+                .unwrap_or_default(),
+            velocity_patience_s: patience(settings.reference).unwrap_or(VELOCITY_PATIENCE_S),
+        }
+    }
+}
+
+impl FilterParameters {
+    /// The settings.
+    ///
+    /// # Errors
+    /// One line naming what makes no sense together with the rest.
+    pub fn settings(self) -> anyhow::Result<Settings> {
+        let Turntable { outer, inner } = self.settings.turntable;
+        Turntable::new(outer, inner).context("parameters outer_axis and inner_axis")?;
+        if let Some(noise) = self.settings.noise {
+            let gyroscope = DEGREE_PER_SQRT_HOUR.from_si(noise.gyroscope.x);
+            let accelerometer = MICRO_G_PER_SQRT_HERTZ.from_si(noise.accelerometer.x);
+            ensure!(
+                (gyroscope > 0.0) == (accelerometer > 0.0),
+                "parameters angle_random_walk_deg_per_sqrt_hour ({gyroscope}) and velocity_random_walk_ug_per_sqrt_hz \
+                 ({accelerometer}): expected both positive, or both 0 to take the noise from the messages"
+            );
+        }
+        let settings = Settings {
+            reference: match self.velocity_reference {
+                VelocityReference::Moored => Reference::Moored {
+                    sigma_m_s: self.moored_sigma_m_s,
+                },
+                VelocityReference::Measured => Reference::Measured {
+                    patience_s: self.velocity_patience_s,
+                },
+            },
+            ..self.settings
+        };
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// On this table.
+    #[must_use]
+    pub fn with_turntable(mut self, turntable: Turntable) -> Self {
+        self.settings.turntable = turntable;
+        self
+    }
+
+    /// The noise; none, where both densities are 0.
+    fn noise(&mut self) -> &mut NoiseDensity {
+        self.settings.noise.get_or_insert(NoiseDensity {
+            gyroscope: Vector3::zeros(),
+            accelerometer: Vector3::zeros(),
+        })
+    }
+}
+
+/// Parameters of what any alignment on samples needs, with the defaults of these settings.
+pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
+    ParameterSet::new("Filter", FilterParameters::from(base))
+        .include(axes(), |s| &mut s.settings.turntable)
+        .uniform(
+            "angle_random_walk_deg_per_sqrt_hour",
+            DEGREE_PER_SQRT_HOUR,
+            0.0..=10.0,
+            |s| s.noise().gyroscope.as_mut_slice(),
+            "White noise of the gyroscopes; 0: from the covariances of the Imu messages",
+        )
+        .uniform(
+            "velocity_random_walk_ug_per_sqrt_hz",
+            MICRO_G_PER_SQRT_HERTZ,
+            0.0..=1e5,
+            |s| s.noise().accelerometer.as_mut_slice(),
+            "White noise of the accelerometers; 0: from the covariances of the Imu messages",
+        )
+        .number(
+            "moored_sigma_m_s",
+            Unit::METRE_PER_SECOND,
+            1e-6..=10.0,
+            |s| &mut s.moored_sigma_m_s,
+            "1 sigma of the moored ship's residual velocity, each axis",
+        )
+        .number(
+            "coarse_alignment_s",
+            Unit::SECOND,
+            10.0..=7200.0,
+            |s| &mut s.settings.coarse_alignment_s,
+            "Length of coarse alignment",
+        )
+        .number(
+            "restart_gap_s",
+            Unit::SECOND,
+            0.01..=3600.0,
+            |s| &mut s.settings.restart_gap_s,
+            "A longer hole in the samples, or a step back in time, starts the alignment anew",
+        )
+}
+
+/// Parameters of the filter of self-calibration. The thresholds are apart, see [`crate::thresholds`].
+pub fn filter() -> ParameterSet<FilterParameters> {
+    alignment(Settings::default())
+        .choice(
+            "velocity_reference",
+            &VelocityReference::NAMES,
+            |s| &mut s.velocity_reference,
+            "What the velocity is held against; moored: the ship's velocity is zero; measured: it comes on aiding/velocity",
+        )
+        .number(
+            "velocity_patience_s",
+            Unit::SECOND,
+            0.01..=3600.0,
+            |s| &mut s.velocity_patience_s,
+            "How much later than its sample, by the stamps, a measured velocity may come",
+        )
+        .number(
+            "update_interval_s",
+            Unit::SECOND,
+            0.01..=60.0,
+            |s| &mut s.settings.step_s,
+            "Time between covariance steps, and between estimates",
+        )
+        .number(
+            "coarse_alignment_min_s",
+            Unit::SECOND,
+            1.0..=7200.0,
+            |s| &mut s.settings.coarse_alignment_min_s,
+            "Shortest coarse alignment, where the samples end early",
+        )
+        .number(
+            "coarse_residual_limit_m_s",
+            Unit::METRE_PER_SECOND,
+            1e-3..=100.0,
+            |s| &mut s.settings.coarse_residual_limit_m_s,
+            "Velocity that coarse alignment may leave unexplained",
+        )
+        .number(
+            "turn_deg",
+            DEGREE,
+            0.1..=180.0,
+            |s| &mut s.settings.turn_rad,
+            "Turn of the block that ends fine alignment and begins calibration",
+        )
+        .count(
+            "innovation_window_updates",
+            10..=100_000,
+            |s| &mut s.settings.window_updates,
+            "Length of the innovation test in updates",
+        )
+        .number(
+            "innovation_false_alarm",
+            Unit::NONE,
+            1e-12..=0.4,
+            |s| &mut s.settings.window_false_alarm,
+            "Probability that the innovation test fails over one window when all is well",
+        )
+        .group("Prior")
+        .number(
+            "prior_position_m",
+            Unit::METRE,
+            1e-3..=1e6,
+            |s| &mut s.settings.prior.position_m,
+            "Initial 1 sigma of the position, each axis",
+        )
+        .number(
+            "prior_velocity_m_s",
+            Unit::METRE_PER_SECOND,
+            1e-6..=100.0,
+            |s| &mut s.settings.prior.velocity_m_s,
+            "Initial 1 sigma of the velocity, each axis",
+        )
+        .numbers(
+            "prior_misalignment_deg",
+            DEGREE,
+            1e-4..=180.0,
+            |s| s.settings.prior.misalignment_rad.as_mut_slice(),
+            "Initial 1 sigma of the attitude about East, North, Up; wide: the filter itself finds what the coarse alignment is worth",
+        )
+        .numbers(
+            "prior_accelerometer_bias_ug",
+            MICRO_G,
+            1e-6..=1e6,
+            |s| s.settings.prior.accelerometer_bias_m_s2.as_mut_slice(),
+            "Initial 1 sigma of the accelerometer biases x, y, z",
+        )
+        .numbers(
+            "prior_gyroscope_drift_deg_per_hour",
+            DEGREE_PER_HOUR,
+            1e-9..=1e4,
+            |s| s.settings.prior.gyroscope_drift_rad_s.as_mut_slice(),
+            "Initial 1 sigma of the gyroscope drifts x, y, z",
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use ros_node::Value;
+
+    use super::*;
+
+    fn with(given: &[(&str, Value)]) -> anyhow::Result<Settings> {
+        let mut parameters = *filter().base();
+        for (name, value) in given {
+            filter().put(&mut parameters, name, value)?;
+        }
+        parameters.settings()
+    }
+
+    /// The defaults are those of the machine to the last bit, so that node and command line agree.
+    #[test]
+    fn defaults_are_those_of_the_machine() {
+        assert_eq!(with(&[]).unwrap(), Settings::default());
+    }
+
+    /// The reference is put together of three parameters, the noise of two.
+    #[test]
+    fn what_belongs_together_is_put_together() {
+        let measured = with(&[
+            ("velocity_reference", "measured".into()),
+            ("velocity_patience_s", 0.5.into()),
+            ("angle_random_walk_deg_per_sqrt_hour", 0.001.into()),
+            ("velocity_random_walk_ug_per_sqrt_hz", 10.0.into()),
+        ])
+        .unwrap();
+        assert_eq!(measured.reference, Reference::Measured { patience_s: 0.5 });
+        assert_eq!(
+            measured.noise.unwrap(),
+            sins::machines::self_calibration::default_noise()
+        );
+        let moored = with(&[("moored_sigma_m_s", 0.05.into())]).unwrap();
+        assert_eq!(moored.reference, Reference::Moored { sigma_m_s: 0.05 });
+    }
+
+    /// One density without the other, and one axis twice, are refused by name.
+    #[test]
+    fn what_makes_no_sense_together_is_named() {
+        let one = with(&[("angle_random_walk_deg_per_sqrt_hour", 0.001.into())]);
+        let error = one.unwrap_err().to_string();
+        assert!(
+            error.contains("velocity_random_walk_ug_per_sqrt_hz (0)"),
+            "{error}"
+        );
+        let error = format!("{:#}", with(&[("inner_axis", "x".into())]).unwrap_err());
+        assert!(
+            error.contains("inner_axis") && error.contains('x'),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,25 @@
+//! Field units of parameters; what SI has itself is in [`Unit`].
+
+use ros_node::Unit;
+use sins::units;
+
+/// Degrees.
+pub const DEGREE: Unit = Unit::new("deg", units::ARC_MINUTE * 60.0);
+/// Degrees a second.
+pub const DEGREE_PER_SECOND: Unit = Unit::new("deg/s", units::ARC_MINUTE * 60.0);
+/// Degrees a second, a second.
+pub const DEGREE_PER_SECOND2: Unit = Unit::new("deg/s^2", units::ARC_MINUTE * 60.0);
+/// Degrees an hour.
+pub const DEGREE_PER_HOUR: Unit = Unit::new("deg/h", units::DEG_PER_HOUR);
+/// Degrees a square root of an hour: white noise of a gyroscope.
+pub const DEGREE_PER_SQRT_HOUR: Unit = Unit::new("deg/sqrt(h)", units::DEG_PER_SQRT_HOUR);
+/// Minutes of arc.
+pub const ARC_MINUTE: Unit = Unit::new("arcmin", units::ARC_MINUTE);
+/// Seconds of arc.
+pub const ARC_SECOND: Unit = Unit::new("arcsec", units::ARC_SECOND);
+/// Micro-g.
+pub const MICRO_G: Unit = Unit::new("ug", units::MICRO_G);
+/// Micro-g a square root of a hertz: white noise of an accelerometer.
+pub const MICRO_G_PER_SQRT_HERTZ: Unit = Unit::new("ug/sqrt(Hz)", units::MICRO_G);
+/// Parts per million.
+pub const PPM: Unit = Unit::new("ppm", units::PPM);
