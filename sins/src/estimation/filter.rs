@@ -1,6 +1,6 @@
 //! The filter round the mechanization: increments in, velocity measurements in, a corrected state and its covariance out.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::error_state::{
     BIAS, DRIFT, LATITUDE, LONGITUDE, Linearization, MISALIGNMENT, StateMatrix, StateVector,
@@ -9,15 +9,7 @@ use super::error_state::{
 use super::kalman::{Innovation, Kalman};
 use crate::mechanization::strapdown::{Increment, NavigationState, Strapdown};
 use crate::sensor::sample::NoiseDensity;
-
-/// Velocity over ground from outside the inertial system.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VelocityMeasurement {
-    /// East and north \[m/s\].
-    pub east_north: [f64; 2],
-    /// One-sigma of each \[m/s\].
-    pub sigma: [f64; 2],
-}
+pub use crate::sensor::velocity::VelocityMeasurement;
 
 /// Initial one-sigma of the error states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +46,21 @@ impl InitialUncertainty {
             .copy_from(&self.gyroscope_drift_rad_s);
         StateMatrix::from_diagonal(&sigma.component_mul(&sigma))
     }
+}
+
+/// A hole that is not integrated over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// What the block turned in it against the ship, in its axes before it: attitude after = attitude before · turn.
+    pub turn: UnitQuaternion<f64>,
+    /// Its length \[s\].
+    pub seconds: f64,
+    /// What is added to the misalignment about E, N, U, one-sigma \[rad\].
+    pub misalignment_sigma_rad: Vector3<f64>,
+    /// The ship lies: her velocity is zero, give or take this one-sigma \[m/s\]. None: she sails on as she did.
+    pub rest_sigma_m_s: Option<f64>,
+    /// What is added to the velocity of a ship that sails on, one-sigma \[m/s\].
+    pub velocity_sigma_m_s: f64,
 }
 
 /// Whether estimated errors go back into the mechanization after every update.
@@ -201,6 +208,60 @@ impl ErrorFilter {
         for i in VELOCITY..MISALIGNMENT {
             self.kalman.covariance[(i, i)] += velocity_sigma * velocity_sigma;
         }
+    }
+
+    /// The same filter with sensor errors that are known already; the covariance says how well.
+    #[must_use]
+    pub fn with_sensor_errors(
+        mut self,
+        gyroscope_drift: Vector3<f64>,
+        accelerometer_bias: Vector3<f64>,
+    ) -> Self {
+        self.gyroscope_drift = gyroscope_drift;
+        self.accelerometer_bias = accelerometer_bias;
+        self
+    }
+
+    /// Goes over a hole without integrating: what was turned in it is told from outside. What is known of the sensors, and
+    /// its correlation with the misalignment, stays: a ship that keeps her attitude against the earth keeps φ.
+    pub fn cross(&mut self, crossing: &Crossing) {
+        self.step();
+        let state = *self.strapdown.state();
+        let turned = state.attitude * crossing.turn * state.attitude.inverse();
+        let covariance = &mut self.kalman.covariance;
+        for axis in 0..3 {
+            let variance = crossing.misalignment_sigma_rad[axis].powi(2);
+            covariance[(MISALIGNMENT + axis, MISALIGNMENT + axis)] += variance;
+        }
+        let (velocity_error, position_error) = if let Some(sigma) = crossing.rest_sigma_m_s {
+            for i in VELOCITY..MISALIGNMENT {
+                covariance.row_mut(i).fill(0.0);
+                covariance.column_mut(i).fill(0.0);
+                covariance[(i, i)] = sigma * sigma;
+                self.kalman.state[i] = 0.0;
+            }
+            (state.velocity, [0.0; 2])
+        } else {
+            let earth = *self.strapdown.earth();
+            let to_angle = [
+                crossing.seconds / earth.meridian_radius_m,
+                crossing.seconds / (earth.transverse_radius_m * earth.cos_latitude),
+            ];
+            let grown = crossing.velocity_sigma_m_s.powi(2);
+            for (position, velocity, scale) in [
+                (LATITUDE, VELOCITY + 1, to_angle[0]),
+                (LONGITUDE, VELOCITY, to_angle[1]),
+            ] {
+                let variance = covariance[(velocity, velocity)] + grown;
+                covariance[(position, position)] += variance * scale * scale;
+                covariance[(velocity, velocity)] = variance;
+            }
+            let v = state.velocity;
+            (Vector3::zeros(), [-v.y * to_angle[0], -v.x * to_angle[1]])
+        };
+        self.strapdown
+            .correct(&turned.scaled_axis(), &velocity_error, position_error);
+        self.strapdown.break_stream();
     }
 
     /// Attitude, velocity and position, as the mechanization has them.

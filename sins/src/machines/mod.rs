@@ -2,3 +2,4 @@
 
 pub mod navigator;
 pub mod self_calibration;
+pub mod unseen_motion;
