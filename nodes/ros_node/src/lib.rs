@@ -81,7 +81,6 @@ mod lifecycle;
 mod logging;
 mod names;
 mod node;
-mod node_services;
 mod parameter_file;
 mod parameters;
 mod publisher;

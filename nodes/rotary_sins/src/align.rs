@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use analysis::Calibrator;
 use anyhow::Context;
 use bags::Sample;
 use clap::Args;
@@ -11,10 +12,7 @@ use sins::{
     time::Stamp,
 };
 
-use crate::{
-    Outcome, calibrate::Calibrator, filter_options::FilterOptions, output,
-    sensor_input::SensorInput,
-};
+use crate::{Outcome, filter_options::FilterOptions, output, sensor_input::SensorInput};
 
 /// A joint that is further than this from where it stood at first turns \[rad\].
 const TURN_RAD: f64 = 1e-4;
@@ -98,7 +96,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             .finish()
             .with_context(|| options.input.what_is_missing(&bag))?,
     };
-    notes.tell();
+    notes.tell(&output::Screen);
     let sigma = estimate.vehicle_sigma();
     let q = estimate.navigation.attitude;
     let result = Alignment {

@@ -2,16 +2,15 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
+use analysis::{Calibrator, Notes};
 use anyhow::Context;
-use bags::Sample;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
     estimation::error_state::STATE_NAMES,
-    machines::self_calibration::{Estimate, Phase, SelfCalibration, Settings},
-    stream::stamp_order::{InOrder, StampOrder},
+    machines::self_calibration::{Estimate, Phase},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -19,7 +18,7 @@ use crate::{
     Outcome,
     filter_options::{FilterOptions, ThresholdOptions},
     output,
-    sensor_input::{Notes, SensorInput},
+    sensor_input::SensorInput,
 };
 
 /// Options of `calibrate`.
@@ -78,44 +77,6 @@ struct Report {
     warnings: Vec<String>,
 }
 
-/// Self-calibration with its samples in the order of their stamps, as the node has it.
-pub struct Calibrator {
-    /// The machine.
-    pub machine: SelfCalibration,
-    order: StampOrder,
-}
-
-impl Calibrator {
-    /// Waits for its first sample.
-    pub fn new(settings: &Settings) -> Result<Self, sins::Error> {
-        Ok(Self {
-            machine: SelfCalibration::new(*settings)?,
-            order: StampOrder::new(0.0),
-        })
-    }
-
-    /// Hands a sample to the machine. Positions that the receiver did not have are left aside.
-    pub fn ingest(&mut self, sample: &Sample) -> Result<Option<Estimate>, sins::Error> {
-        match sample {
-            Sample::Imu(imu) => {
-                self.order.push_sample(*imu);
-                while let Some(next) = self.order.next() {
-                    if let InOrder::Joints(joints) = next {
-                        self.machine.ingest_joints(joints)?;
-                    }
-                }
-                return self.machine.ingest_imu(imu);
-            }
-            Sample::Joints(joints) => self.order.push_joints(*joints),
-            Sample::Fix(fix) => fix
-                .position
-                .map_or(Ok(()), |position| self.machine.ingest_position(position))?,
-            Sample::Velocity(stamp, velocity) => self.machine.ingest_velocity(*stamp, *velocity)?,
-        }
-        Ok(None)
-    }
-}
-
 /// Runs the whole bag through the machine.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
@@ -138,7 +99,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
-    notes.tell();
+    notes.tell(&output::Screen);
     if let Some(doubt) = estimate.axes_doubt() {
         let line = format!("{}: {doubt}", bag.path().display());
         output::note(&line);

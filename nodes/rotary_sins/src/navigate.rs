@@ -127,7 +127,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             options.alignment_s
         );
     };
-    notes.tell();
+    notes.tell(&output::Screen);
     ensure!(
         fixes > 0,
         "{}: no position to hold the navigation against after its start",

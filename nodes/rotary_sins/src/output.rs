@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use analysis::Listener;
 use anyhow::Context;
 use serde::Serialize;
 
@@ -28,4 +29,13 @@ pub fn note(text: impl std::fmt::Display) {
 /// Nanoseconds as seconds with all digits.
 pub fn seconds(nanos: u64) -> String {
     format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000)
+}
+
+/// Says what it is told to say, and shows no progress.
+pub struct Screen;
+
+impl Listener for Screen {
+    fn note(&self, line: &str) {
+        note(line);
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use analysis::Listener;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar that counts seconds of recorded or simulated time; nothing where standard error is no terminal.
@@ -39,6 +40,52 @@ impl Progress {
 }
 
 impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Listener for Progress {
+    fn task(&self, name: &str) {
+        self.message(name.to_owned());
+    }
+
+    fn reached(&self, seconds: f64) {
+        self.set(seconds);
+    }
+
+    fn note(&self, line: &str) {
+        Progress::note(self, line);
+    }
+}
+
+/// A bar that counts units of work.
+pub struct CountBar {
+    bar: ProgressBar,
+}
+
+impl CountBar {
+    /// A bar of this template and length.
+    pub fn new(template: &str, length: u64) -> Self {
+        let bar = ProgressBar::new(length);
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+}
+
+impl Listener for CountBar {
+    fn task(&self, name: &str) {
+        self.bar.set_message(name.to_owned());
+    }
+
+    fn advance(&self, units: u64) {
+        self.bar.inc(units);
+    }
+}
+
+impl Drop for CountBar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use sins::{
-    sensor::sample::NoiseDensity,
     simulation::{NoiseReading, Ship},
     table::scheme::{BUILTIN_NAMES, Scheme},
     table::{Axis, Turntable},
@@ -144,20 +143,11 @@ pub enum Reading {
 }
 
 impl Reading {
-    /// Its letter.
-    pub fn letter(self) -> &'static str {
-        match self {
-            Self::D => "D",
-            Self::H => "H",
-        }
-    }
-
-    /// Its densities.
-    pub fn density(self) -> NoiseDensity {
+    /// As the mathematics has it.
+    pub fn reading(self) -> NoiseReading {
         match self {
             Self::D => NoiseReading::D,
             Self::H => NoiseReading::H,
         }
-        .density()
     }
 }

@@ -2,6 +2,7 @@
 
 use std::{ops::ControlFlow, path::PathBuf, sync::mpsc};
 
+use analysis::{Notes, SensorSource};
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
@@ -9,10 +10,9 @@ use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{
     earth::Position,
     table::{Axis, Turntable},
-    time::Stamp,
 };
 
-use crate::{output, progress::Progress};
+use crate::progress::Progress;
 
 /// Samples handed over at once ...
 const BATCH: usize = 1024;
@@ -70,77 +70,6 @@ pub struct SensorInput {
     /// Axis of the block that the inner joint turns about
     #[arg(long, value_name = "x|y|z", default_value = "y")]
     inner_axis: Axis,
-}
-
-/// What was wrong on the way, said once at the end of each kind.
-#[derive(Default)]
-pub struct Notes {
-    /// Messages that did not hold what their type says.
-    pub undecodable_messages: u64,
-    /// Lines for a person.
-    pub lines: Vec<String>,
-    /// Of those, what was not said yet.
-    held: Vec<String>,
-    not_finite: u64,
-}
-
-impl Notes {
-    /// A line for the person at the screen and for the result.
-    pub fn say(&mut self, progress: &Progress, line: String) {
-        progress.note(&line);
-        self.lines.push(line);
-    }
-
-    /// What the machine refused.
-    pub fn error(&mut self, progress: &Progress, topic: &str, error: &sins::Error) {
-        if matches!(error, sins::Error::NotFinite { .. }) {
-            self.not_finite += 1;
-            if self.not_finite > 1 {
-                return;
-            }
-        }
-        // An alignment that fails again for the same reason is no news; and where none succeeds, the refusal says why.
-        let line = format!("{topic}: {error}");
-        if self.lines.contains(&line) {
-            return;
-        }
-        if matches!(error, sins::Error::Alignment { .. }) {
-            self.held.push(line.clone());
-            self.lines.push(line);
-        } else {
-            self.say(progress, line);
-        }
-    }
-
-    /// A message that is none of its type.
-    pub fn undecodable(&mut self, progress: &Progress, error: &bags::Error) {
-        self.undecodable_messages += 1;
-        if self.undecodable_messages == 1 {
-            self.say(progress, error.to_string());
-        }
-    }
-
-    /// Says what was held back, where there is a result all the same.
-    pub fn tell(&mut self) {
-        for line in self.held.drain(..) {
-            output::note(line);
-        }
-    }
-
-    /// The sums, at the end.
-    pub fn sum_up(&mut self, progress: &Progress) {
-        if self.undecodable_messages > 1 {
-            let line = format!(
-                "{} messages could not be read in all",
-                self.undecodable_messages
-            );
-            self.say(progress, line);
-        }
-        if self.not_finite > 1 {
-            let line = format!("{} samples were not finite in all", self.not_finite);
-            self.say(progress, line);
-        }
-    }
 }
 
 impl SensorInput {
@@ -215,27 +144,13 @@ impl SensorInput {
         (length_s - self.start_offset.unwrap_or(0.0)).min(self.duration.unwrap_or(f64::INFINITY))
     }
 
-    /// What comes before the first sample: the position of the command line, else the last one before the chosen part.
-    pub fn first_position(
-        &self,
-        bag: &Bag,
-        fix_topic: Option<usize>,
-    ) -> anyhow::Result<Option<Sample>> {
-        let position = match (self.given_position(), self.start_offset) {
-            (None, Some(offset)) => position_before(bag, offset, fix_topic)?,
-            (given, _) => given,
-        };
-        Ok(position.map(|position| {
-            Sample::Fix(bags::Fix {
-                stamp: Stamp::default(),
-                position: Some(position),
-            })
-        }))
-    }
-
-    /// Whether the position is that of the command line, and those of the bag are left aside.
-    pub fn has_given_position(&self) -> bool {
-        self.given_position().is_some()
+    /// The samples that were asked for.
+    pub fn source(&self) -> anyhow::Result<SensorSource> {
+        Ok(SensorSource {
+            options: self.options(),
+            given_position: self.given_position(),
+            turntable: self.turntable()?,
+        })
     }
 
     /// Hands every sample to `take`, a position of the command line first, until it breaks. What `take` refuses is noted
@@ -252,8 +167,9 @@ impl SensorInput {
         for warning in bag.warnings() {
             notes.say(&progress, warning.to_string());
         }
-        let is_given = self.has_given_position();
-        if let Some(sample) = self.first_position(bag, stream.fix_topic())? {
+        let source = self.source()?;
+        let is_given = source.has_given_position();
+        if let Some(sample) = source.first_position(bag, stream.fix_topic())? {
             // The position of the command line is an argument: if it means nothing, the command is at an end.
             let flow = take(sample, &progress).context("position")?;
             if flow.is_break() {
@@ -362,17 +278,4 @@ fn read_ahead(stream: &mut SensorStream<'_>, sender: &mpsc::SyncSender<Batch>) {
             return;
         }
     }
-}
-
-/// The last position before the part that is read, as a latched topic would give it to a late subscriber.
-fn position_before(
-    bag: &Bag,
-    offset: f64,
-    topic: Option<usize>,
-) -> anyhow::Result<Option<Position>> {
-    let (Some(topic), Some((start, _))) = (topic, bag.time_range()) else {
-        return Ok(None);
-    };
-    let end = start.saturating_add((offset * 1e9).round() as u64);
-    Ok(bags::last_position_before(bag, topic, end)?)
 }

@@ -23,6 +23,14 @@ pub enum NoiseReading {
 }
 
 impl NoiseReading {
+    /// Its letter.
+    pub fn letter(self) -> &'static str {
+        match self {
+            Self::D => "D",
+            Self::H => "H",
+        }
+    }
+
     /// The densities, the same on every axis.
     pub fn density(self) -> NoiseDensity {
         // 1 deg/h/√Hz in rad/√s is the same number as 1 deg/h in rad/s.

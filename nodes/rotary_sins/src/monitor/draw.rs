@@ -13,7 +13,7 @@ use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 use super::state::{NINE, SILENCE, State, sigmas, thresholds};
-use crate::observability::significant;
+use analysis::significant;
 
 /// Names, units and SI of a unit of the nine.
 const ROWS: [(&str, &str, f64); NINE] = [

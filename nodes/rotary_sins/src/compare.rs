@@ -1,21 +1,12 @@
 //! `rotary-sins compare`: the paper's simulations, reproduced and judged.
 
-mod campaign;
-mod claims;
-mod figures;
-mod pages;
-mod summary;
-
 use std::{fs, path::PathBuf, time::Instant};
 
+use analysis::compare::{self, Plan};
 use anyhow::{Context, ensure};
-use campaign::Plan;
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{Outcome, output, scheme_options::ShipOptions};
-
-pub use claims::PAPER_NMI;
+use crate::{Outcome, output, progress::CountBar, scheme_options::ShipOptions};
 
 /// Options of `compare`.
 #[derive(Args)]
@@ -95,19 +86,15 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let pictures = directory.join("figures");
     fs::create_dir_all(&pictures)
         .with_context(|| format!("output directory {}", pictures.display()))?;
-    let bar = ProgressBar::new(plan.work());
-    if let Ok(style) =
-        ProgressStyle::with_template("comparing {bar:32} {pos}/{len} runs, {eta} left  {wide_msg}")
-    {
-        bar.set_style(style);
-    }
+    let template = "comparing {bar:32} {pos}/{len} runs, {eta} left  {wide_msg}";
+    let bar = CountBar::new(template, plan.work());
     let started = Instant::now();
     let campaign = plan.run(&bar)?;
-    bar.finish_and_clear();
+    drop(bar);
     let took = started.elapsed();
-    let claims = claims::claims(&campaign);
+    let claims = compare::claims(&campaign);
     let command = options.command();
-    let (page, figures) = pages::page(&campaign, &claims, &command)?;
+    let (page, figures) = compare::page(&campaign, &claims, &command)?;
     let write = |name: &str, text: String| {
         let path = directory.join(name);
         fs::write(&path, text).with_context(|| path.display().to_string())
@@ -117,9 +104,9 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         write(&format!("figures/{}.csv", figure.id), figure.to_csv())?;
     }
     write("figures.json", serde_json::to_string(&figures)?)?;
-    let results = summary::results(&campaign, &claims, &command);
+    let results = compare::results(&campaign, &claims, &command);
     write("results.json", serde_json::to_string_pretty(&results)?)?;
-    let text = summary::text(&campaign, &claims, &command);
+    let text = compare::text(&campaign, &claims, &command);
     write("summary.txt", text.clone())?;
     if options.json {
         output::json(&results)?;

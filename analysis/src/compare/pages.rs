@@ -3,6 +3,7 @@
 use report::{Cell, Figure, Page, Table, Verdict};
 use sins::{
     estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATES},
+    simulation::NoiseReading,
     studies::monte_carlo::{Point, mean_nees_bounds},
     studies::observability::{Setting, stripped::RANK_TOLERANCE},
     units::NAUTICAL_MILE_M,
@@ -15,16 +16,20 @@ use super::{
     summary::settled_h,
 };
 use crate::{
-    observability::{Analysis, dropped, rotations_line, significant, spread_line},
-    scheme_options::Reading,
+    Error,
+    observability::{Analysis, dropped, rotations_line, spread_line},
+    significant,
 };
 
 /// The page, and the figures in it.
+///
+/// # Errors
+/// Where a figure cannot be drawn.
 pub fn page(
     campaign: &Campaign,
     claims: &[Claim],
     command: &str,
-) -> anyhow::Result<(Page, Vec<Figure>)> {
+) -> Result<(Page, Vec<Figure>), Error> {
     let plan = &campaign.plan;
     let mut page = Page::new("Rotary SINS: the paper's simulations, reproduced");
     page.subtitle(
@@ -76,7 +81,7 @@ fn calibration_section(
     page: &mut Page,
     drawn: &mut Vec<Figure>,
     campaign: &Campaign,
-) -> anyhow::Result<()> {
+) -> Result<(), Error> {
     page.section(2, "Joint angles (the paper's Figure 3)");
     for simulation in [Simulation::Xy, Simulation::Yz] {
         let scheme = simulation.scheme();
@@ -87,7 +92,7 @@ fn calibration_section(
             figures::joint_angles(&program, campaign.plan.hours),
         )?;
     }
-    for reading in [Reading::D, Reading::H] {
+    for reading in [NoiseReading::D, NoiseReading::H] {
         let letter = reading.letter();
         page.section(
             2,
@@ -118,21 +123,21 @@ fn consistency_section(
     page: &mut Page,
     drawn: &mut Vec<Figure>,
     campaign: &Campaign,
-) -> anyhow::Result<()> {
+) -> Result<(), Error> {
     page.section(2, "Is the filter consistent?");
     page.paragraph(
         "A filter is consistent where its errors are as large as it says. The normalized estimation error squared (NEES) of nine states is 9 on \
          average; rms over sigma of every state is 1.",
     );
     page.table(nees_table(campaign));
-    for reading in [Reading::D, Reading::H] {
+    for reading in [NoiseReading::D, NoiseReading::H] {
         add(page, drawn, figures::nees(campaign, reading))?;
     }
     page.section(2, "Against heading");
     page.paragraph(
         "The ship's heading decides which sensors stand east and which north, and with that what a scheme shows first. The paper works at one heading.",
     );
-    for reading in [Reading::D, Reading::H] {
+    for reading in [NoiseReading::D, NoiseReading::H] {
         add(page, drawn, figures::heading_sweep(campaign, reading))?;
     }
     Ok(())
@@ -142,7 +147,7 @@ fn voyage_section(
     page: &mut Page,
     drawn: &mut Vec<Figure>,
     campaign: &Campaign,
-) -> anyhow::Result<()> {
+) -> Result<(), Error> {
     if campaign.cases.iter().all(|r| r.voyages.is_empty()) {
         return Ok(());
     }
@@ -171,7 +176,7 @@ fn voyage_section(
     Ok(())
 }
 
-fn add(page: &mut Page, drawn: &mut Vec<Figure>, figure: Figure) -> anyhow::Result<()> {
+fn add(page: &mut Page, drawn: &mut Vec<Figure>, figure: Figure) -> Result<(), Error> {
     page.figure(&figure)?;
     drawn.push(figure);
     Ok(())

@@ -1,38 +1,24 @@
 //! `rotary-sins report`: one page about one recorded run.
 
-mod diagnostics;
-mod estimates;
-mod faults;
-mod figures;
-mod gather;
-mod page;
-mod scheme;
-mod streams;
-mod summary;
-mod thin;
-mod topics;
-mod truth;
-mod verdict;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
+use analysis::{
+    Error,
+    run_report::{Request, RunReport},
+};
 use anyhow::Context;
 use clap::Args;
-use report::Verdict;
 
 use crate::{
     Outcome,
-    calibrate::Calibrator,
     filter_options::{FilterOptions, ThresholdOptions},
     output,
+    progress::Progress,
     sensor_input::SensorInput,
 };
-use figures::{Clock, Drawing};
-use page::Head;
-use verdict::End;
 
 /// Options of `report`.
 #[derive(Args)]
@@ -53,61 +39,42 @@ pub struct Options {
 
 /// Reads the bag and writes the page.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
-    let bag = options.input.open()?;
+    let input = &options.input;
+    let bag = input.open()?;
     let path = match &options.output {
         Some(path) => path.clone(),
         None => beside(bag.path())?,
     };
-    let mut settings = options.filter.settings(options.input.turntable()?)?;
+    let mut settings = options.filter.settings(input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds();
-    let mut run = gather::gather(&options.input, &bag, Calibrator::new(&settings)?)?;
-
-    let (points, singles) = run.history.take_series();
-    let joints = std::mem::take(&mut run.joints).finish();
-    let (start, end_stamp) = run.span();
-    let clock = Clock::new(start, end_stamp);
-    let end = End::new(points.last(), &run);
-    let findings = verdict::findings(&run, &end);
-    let positions = run.tracks().each_ref().map(|track| track.points.points());
-    let figures = Drawing {
-        run: &run,
-        thresholds: settings.thresholds,
-        clock,
-        points: &points,
-        singles: &singles,
-        joints: &joints,
-        positions: &positions,
-    }
-    .figures();
-    let head = Head {
+    let request = Request {
         bag: &bag,
+        source: &input.source()?,
+        settings: &settings,
         command: &command(),
-        clock,
-        end: end_stamp,
+        path: &path,
     };
-    let page = page::page(&head, &run, &end, &findings, &figures)?;
-    fs::write(&path, page.to_html()).with_context(|| {
+    let progress = Progress::new("reading", input.length_s(&bag));
+    let report = RunReport::of(&request, &progress).map_err(|error| match error {
+        // Only here is it known which option helps.
+        Error::NoEstimate { source, .. } => {
+            anyhow::Error::new(source).context(input.what_is_missing(&bag))
+        }
+        other => other.into(),
+    })?;
+    drop(progress);
+    fs::write(&path, report.page.to_html()).with_context(|| {
         format!(
             "{}: the page cannot be written (--output names another place)",
             path.display()
         )
     })?;
     if options.json {
-        output::json(&summary::summary(
-            &head,
-            &run,
-            &end,
-            &findings,
-            &figures,
-            points.last(),
-            &path,
-        ))?;
+        output::json(&report.summary)?;
     } else {
-        let texts: Vec<_> = findings.iter().map(|f| f.text.as_str()).collect();
-        output::text_line(&format!("{}\n{}", texts.join("; "), path.display()))?;
+        output::text_line(&format!("{}\n{}", report.verdict(), path.display()))?;
     }
-    let is_good = findings.iter().all(|f| f.verdict != Verdict::Bad);
-    Ok(if is_good {
+    Ok(if report.is_good() {
         Outcome::Reached
     } else {
         Outcome::Missed

@@ -6,8 +6,8 @@ use ros2_client::service::ServiceMapping;
 use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
 use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
 
+use super::{Node, type_parts};
 use crate::error::{Error, Result};
-use crate::node::{Node, type_parts};
 use crate::qos::Qos;
 use crate::service::{Client, Service};
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use report::{Axis, Band, Figure, Line, Panel, Series};
 use sins::{
     estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS},
+    simulation::NoiseReading,
     studies::monte_carlo::mean_nees_bounds,
     studies::observability::bound::settled_s,
     table::scheme::Program,
@@ -15,7 +16,6 @@ use super::{
     campaign::{Campaign, Case, CaseResult, SWEEP_DEG, Simulation, VoyageStatistics},
     claims::{BIAS_FOUND_UG, DRIFT_FOUND_DEG_H},
 };
-use crate::scheme_options::Reading;
 
 /// Confidence of the bounds on NEES.
 pub const CONFIDENCE: f64 = 0.95;
@@ -200,8 +200,8 @@ fn threshold_text(group: &Group) -> String {
 pub fn setting_line(case: Case, campaign: &Campaign) -> String {
     let plan = &campaign.plan;
     let reading = match case.reading {
-        Reading::D => "0.001 deg/√h",
-        Reading::H => "0.001 deg/h/√Hz",
+        NoiseReading::D => "0.001 deg/√h",
+        NoiseReading::H => "0.001 deg/h/√Hz",
     };
     format!(
         "Noise {} ({reading}, 10 ug/√Hz), heading {:.0} deg, {} Hz, seed {}.",
@@ -213,7 +213,7 @@ pub fn setting_line(case: Case, campaign: &Campaign) -> String {
 }
 
 /// One sigma of the three simulations side by side, for a group of states.
-pub fn sigmas(campaign: &Campaign, reading: Reading, group: &Group) -> Figure {
+pub fn sigmas(campaign: &Campaign, reading: NoiseReading, group: &Group) -> Figure {
     let mut figure = Figure::new(
         format!("sigma-{}-{}", group.id, reading.letter().to_lowercase()),
         format!("{}: one sigma of the three simulations, noise {}", group.name, reading.letter()),
@@ -246,7 +246,10 @@ pub fn sigmas(campaign: &Campaign, reading: Reading, group: &Group) -> Figure {
 }
 
 /// Cases on their default tables.
-pub fn default_cases(campaign: &Campaign, reading: Reading) -> impl Iterator<Item = &CaseResult> {
+pub fn default_cases(
+    campaign: &Campaign,
+    reading: NoiseReading,
+) -> impl Iterator<Item = &CaseResult> {
     campaign
         .cases
         .iter()
@@ -254,7 +257,7 @@ pub fn default_cases(campaign: &Campaign, reading: Reading) -> impl Iterator<Ite
 }
 
 /// Mean NEES against time, with the bounds within which consistent filters lie; every case in its own panel.
-pub fn nees(campaign: &Campaign, reading: Reading) -> Figure {
+pub fn nees(campaign: &Campaign, reading: NoiseReading) -> Figure {
     let [low, high] = mean_nees_bounds(campaign.plan.runs, CONFIDENCE);
     let mut figure = Figure::new(
         format!("nees-{}", reading.letter().to_lowercase()),
@@ -301,7 +304,7 @@ pub fn nees(campaign: &Campaign, reading: Reading) -> Figure {
 }
 
 /// Final sigma against heading, every scheme and gimbal order.
-pub fn heading_sweep(campaign: &Campaign, reading: Reading) -> Figure {
+pub fn heading_sweep(campaign: &Campaign, reading: NoiseReading) -> Figure {
     let worst = |name: &str, unit: &str, states: Range<usize>, scale: f64| {
         let mut panel = Panel::new("", Axis::new(name, unit)).log();
         let cases = campaign

@@ -1,6 +1,5 @@
 //! One pass over the bag: everything that the page needs, and no more memory for a longer run.
 
-use anyhow::Context;
 use bags::{Bag, RawMessage, Sample, Selection, cdr};
 use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
@@ -17,11 +16,7 @@ use super::{
     topics::{Role, Topics},
     truth::Truth,
 };
-use crate::{
-    calibrate::Calibrator,
-    progress::Progress,
-    sensor_input::{Notes, SensorInput},
-};
+use crate::{Calibrator, Error, Listener, Notes, SensorSource};
 
 /// A true position this old says nothing of the present one \[ns\].
 const POSITION_AGE_NS: u64 = 2_000_000_000;
@@ -123,25 +118,31 @@ impl Run {
 }
 
 /// Reads the bag. `calibrator` makes estimates where none were recorded.
-pub fn gather(input: &SensorInput, bag: &Bag, calibrator: Calibrator) -> anyhow::Result<Run> {
-    let topics = Topics::find(bag, &input.options())?;
+pub fn gather(
+    source: &SensorSource,
+    bag: &Bag,
+    calibrator: Calibrator,
+    listener: &dyn Listener,
+) -> Result<Run, Error> {
+    let topics = Topics::find(bag, &source.options)?;
     let estimate = topics.of(Role::Estimate);
     let recorded = estimate.is_some_and(|at| bag.topics()[at].count > 0);
     if estimate.is_none() && topics.sensors.imu.is_none() {
         // Says what was looked for and what the bag has.
-        bags::SensorStream::new(bag, &input.options())?;
+        bags::SensorStream::new(bag, &source.options)?;
     }
     let imu = topics.sensors.imu;
     let mut gathering = Gathering {
         bag,
+        listener,
         calibrator: (!recorded && imu.is_some()).then_some(calibrator),
         own: History::default(),
         made: 0,
-        is_position_given: input.has_given_position(),
+        is_position_given: source.has_given_position(),
         run: Run {
             source: Source::Recorded,
             history: History::default(),
-            truth: Truth::new(input.turntable()?),
+            truth: Truth::new(source.turntable),
             scheme: Scheme::default(),
             joints: Corners::default(),
             streams: bag
@@ -160,12 +161,13 @@ pub fn gather(input: &SensorInput, bag: &Bag, calibrator: Calibrator) -> anyhow:
         },
         topics,
     };
-    gathering.read(input)?;
-    gathering.end(input)
+    gathering.read(source)?;
+    gathering.end()
 }
 
 struct Gathering<'b> {
     bag: &'b Bag,
+    listener: &'b dyn Listener,
     topics: Topics,
     calibrator: Option<Calibrator>,
     /// Estimates made from the samples.
@@ -176,16 +178,16 @@ struct Gathering<'b> {
 }
 
 impl Gathering<'_> {
-    fn read(&mut self, input: &SensorInput) -> anyhow::Result<()> {
-        let progress = Progress::new("reading", input.length_s(self.bag));
+    fn read(&mut self, source: &SensorSource) -> Result<(), Error> {
+        let listener = self.listener;
         for warning in self.bag.warnings() {
-            self.damaged(&progress, warning);
+            self.damaged(warning);
         }
-        let options = input.options();
-        if let Some(sample) = input.first_position(self.bag, self.topics.sensors.fix)?
+        let options = &source.options;
+        if let Some(sample) = source.first_position(self.bag, self.topics.sensors.fix)?
             && let Some(calibrator) = &mut self.calibrator
         {
-            calibrator.ingest(&sample).context("position")?;
+            calibrator.ingest(&sample).map_err(Error::Position)?;
         }
         if options.start_offset.is_some() {
             self.latched_truth()?;
@@ -198,13 +200,13 @@ impl Gathering<'_> {
             let first = *first.get_or_insert(message.log_time);
             count += 1;
             if count.is_multiple_of(10_000) {
-                progress.set((message.log_time - first) as f64 * 1e-9);
+                listener.reached((message.log_time - first) as f64 * 1e-9);
             }
             self.run.streams[message.topic].take(&message);
             if let Some(sample) = self.topics.sensors.sample(self.bag, &message) {
                 match sample {
-                    Ok(sample) => self.take_sample(&progress, message.topic, sample),
-                    Err(error) => self.run.notes.undecodable(&progress, &error),
+                    Ok(sample) => self.take_sample(message.topic, sample),
+                    Err(error) => self.run.notes.undecodable(listener, &error),
                 }
             }
             if let Some(role) = self.topics.roles[message.topic]
@@ -212,25 +214,25 @@ impl Gathering<'_> {
             {
                 let index = self.run.streams[message.topic].count - 1;
                 let error = self.bag.message_error(message.topic, index, reason);
-                self.run.notes.undecodable(&progress, &error);
+                self.run.notes.undecodable(listener, &error);
             }
         }
         for warning in messages.warnings() {
-            self.damaged(&progress, warning);
+            self.damaged(warning);
         }
-        self.run.notes.sum_up(&progress);
-        self.run.notes.tell();
+        self.run.notes.sum_up(listener);
+        self.run.notes.tell(listener);
         Ok(())
     }
 
-    fn damaged(&mut self, progress: &Progress, warning: &bags::Warning) {
+    fn damaged(&mut self, warning: &bags::Warning) {
         let line = warning.to_string();
-        progress.note(&line);
+        self.listener.note(&line);
         self.run.damage.push(line);
     }
 
     /// The truth is told once, at the start, which a part of the bag may leave out.
-    fn latched_truth(&mut self) -> anyhow::Result<()> {
+    fn latched_truth(&mut self) -> Result<(), Error> {
         let topics: Vec<_> = self.topics.of(Role::TrueCalibration).into_iter().collect();
         let mut messages = self.bag.messages(&Selection::topics(topics.clone()));
         while let Some(message) = messages.next() {
@@ -240,7 +242,7 @@ impl Gathering<'_> {
         Ok(())
     }
 
-    fn take_sample(&mut self, progress: &Progress, topic: usize, sample: Sample) {
+    fn take_sample(&mut self, topic: usize, sample: Sample) {
         if let Sample::Joints(joints) = &sample {
             self.run.truth.take_joints(joints.stamp, joints.position);
             self.run.joints.push(joints.stamp, joints.position);
@@ -261,13 +263,13 @@ impl Gathering<'_> {
                     .take(Point::from(&estimate), estimate.innovations.last, counts);
                 self.made += 1;
                 if self.made.is_multiple_of(60) {
-                    progress.message(estimate.phase.name().to_owned());
+                    self.listener.task(estimate.phase.name());
                 }
             }
             Ok(None) => {}
             Err(error) => {
                 let name = &self.bag.topics()[topic].name;
-                self.run.notes.error(progress, name, &error);
+                self.run.notes.error(self.listener, name, &error);
             }
         }
         if let Sample::Imu(imu) = &sample {
@@ -351,12 +353,15 @@ impl Gathering<'_> {
     }
 
     /// Decides where the estimates come from, and closes everything.
-    fn end(mut self, input: &SensorInput) -> anyhow::Result<Run> {
+    fn end(mut self) -> Result<Run, Error> {
         if let (None, Some(calibrator)) = (self.run.history.phase, &mut self.calibrator) {
             let last = calibrator
                 .machine
                 .finish()
-                .with_context(|| input.what_is_missing(self.bag))?;
+                .map_err(|source| Error::NoEstimate {
+                    path: self.bag.path().to_owned(),
+                    source,
+                })?;
             self.own.take_phase(last.stamp, phase_number(last.phase));
             self.own.failures = last.innovations.failures;
             if self.own.newest == Some(last.stamp) {
@@ -370,7 +375,7 @@ impl Gathering<'_> {
                     .take(Point::from(&last), last.innovations.last, counts);
             }
             if let Some(doubt) = last.axes_doubt() {
-                crate::output::note(&doubt);
+                self.listener.note(&doubt);
                 self.run.notes.lines.push(doubt);
             }
             self.run.source = Source::Own;
@@ -381,11 +386,11 @@ impl Gathering<'_> {
                 .run
                 .estimate
                 .map_or("", |at| self.bag.topics()[at].name.as_str());
-            anyhow::bail!(
-                "{}: no message of type {} could be read of {name:?}, and there are no samples of an IMU to make estimates from",
-                self.bag.path().display(),
-                SelfCalibrationEstimate::TYPE_NAME
-            );
+            return Err(Error::NothingToReport {
+                path: self.bag.path().to_owned(),
+                type_name: SelfCalibrationEstimate::TYPE_NAME,
+                topic: name.to_owned(),
+            });
         }
         Ok(self.run)
     }

@@ -4,6 +4,8 @@ use bags::Bag;
 use report::{Cell, Figure, Page, Table, Verdict};
 use sins::{estimation::error_state::STATE_LABELS, time::Stamp};
 
+use crate::Error;
+
 use super::{
     estimates::phase_name,
     faults::faults,
@@ -45,7 +47,7 @@ pub fn page(
     end: &End,
     findings: &[Finding],
     figures: &[Figure],
-) -> anyhow::Result<Page> {
+) -> Result<Page, Error> {
     let mut page = Page::new("Rotary SINS: one run");
     page.subtitle(subtitle(head, run));
     let (profile, library) = head.bag.written_by();

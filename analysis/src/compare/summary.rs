@@ -15,7 +15,7 @@ use super::{
     claims::Claim,
     figures::{CONFIDENCE, GROUPS, threshold_applies},
 };
-use crate::observability::significant;
+use crate::significant;
 
 /// Everything in SI.
 #[derive(Serialize)]

@@ -1,28 +1,28 @@
 //! The node: everything that an executable needs of ROS, by one handle.
 
+mod built_in;
+mod endpoints;
+mod services;
+
 use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
-use std::time::Duration;
 
-use ros2_client::{Context, Message, MessageTypeName, Name, NodeName, NodeOptions};
-use rotary_sins_msgs::RosMessage;
-use rustdds::{DomainParticipant, Topic};
+use ros2_client::{Context, NodeName, NodeOptions};
+use rustdds::DomainParticipant;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use crate::builder::Startup;
 use crate::clock::Clock;
-use crate::diagnostics::{Diagnostics, Level, Report};
+use crate::diagnostics::Diagnostics;
 use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::lifecycle::{Gate, Lifecycle};
 use crate::names::{NameKind, NodeIdentity, RemapRule, resolve};
-use crate::parameters::{FromValue, HARDWARE_ID, Parameters, USE_SIM_TIME};
-use crate::publisher::{Publisher, PublisherStatistics};
-use crate::qos::Qos;
-use crate::qos_overrides::{End, overridden};
+use crate::parameters::{FromValue, Parameters, USE_SIM_TIME};
+use crate::publisher::PublisherStatistics;
 use crate::shutdown::Shutdown;
-use crate::subscription::{Subscription, SubscriptionStatistics};
+use crate::subscription::SubscriptionStatistics;
 
 /// A node. Clones are handles of the same node.
 #[derive(Clone, Debug)]
@@ -143,86 +143,6 @@ impl Node {
         Ok(node)
     }
 
-    fn follow_clock(&self) {
-        let weak = |shared: &Arc<Shared>| {
-            let shared = Arc::downgrade(shared);
-            // The task must not keep the node alive.
-            move || {
-                Some(Self {
-                    shared: shared.upgrade()?,
-                })
-            }
-        };
-        let (of_parameter, of_topic) = (weak(&self.shared), weak(&self.shared));
-        let use_sim_time = move || {
-            of_parameter().is_some_and(|node| node.parameter(USE_SIM_TIME).unwrap_or(false))
-        };
-        let subscribe = move || {
-            let subscription = of_topic()?.ungated_subscription("/clock", Qos::best_effort(1));
-            subscription
-                .inspect_err(|error| tracing::error!("{error}"))
-                .ok()
-        };
-        let changes = self.parameters().changes();
-        self.spawn(
-            self.clock()
-                .clone()
-                .follow(use_sim_time, changes, subscribe),
-        );
-    }
-
-    fn start_rosout(&self) -> Result<()> {
-        let Some(mut lines) = crate::logging::rosout_lines() else {
-            return Ok(());
-        };
-        let qos = Qos {
-            lifespan: Some(Duration::from_secs(10)),
-            ..Qos::latched(1000)
-        };
-        let publisher = self.ungated_publisher("/rosout", qos)?;
-        self.spawn(async move {
-            while let Some(line) = lines.recv().await {
-                publisher.publish(line);
-            }
-        });
-        Ok(())
-    }
-
-    fn start_diagnostics(&self, managed: bool) -> Result<()> {
-        let publisher = self.ungated_publisher("/diagnostics", Qos::reliable(10))?;
-        if let Ok(hardware_id) = self.parameter::<String>(HARDWARE_ID) {
-            self.diagnostics().set_hardware_id(&hardware_id);
-        }
-        // The tasks must not keep the node alive, so they hold weak handles.
-        if managed {
-            let shared = Arc::downgrade(&self.shared);
-            self.shared.diagnostics.add_built_in("lifecycle", move || {
-                shared.upgrade().map_or_else(
-                    || Report::stale("the node has ended"),
-                    |shared| {
-                        let state = shared.lifecycle.label();
-                        Report::ok(&state).with("state", state)
-                    },
-                )
-            });
-        }
-        let shared = Arc::downgrade(&self.shared);
-        self.shared.diagnostics.add_built_in("topics", move || {
-            shared.upgrade().map_or_else(
-                || Report::stale("the node has ended"),
-                |shared| shared.topics_report(),
-            )
-        });
-        let diagnostics = self.shared.diagnostics.clone();
-        self.spawn(diagnostics.run(
-            self.shared.identity.name.clone(),
-            self.shared.clock.clone(),
-            self.gate().clone(),
-            publisher,
-        ));
-        Ok(())
-    }
-
     /// Name without namespace, after remapping.
     pub fn name(&self) -> &str {
         &self.shared.identity.name
@@ -291,125 +211,6 @@ impl Node {
             kind,
             name,
         )
-    }
-
-    /// A publisher of messages of type `M`.
-    ///
-    /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
-    pub fn publisher<M: RosMessage + Message>(
-        &self,
-        topic: &str,
-        qos: Qos,
-    ) -> Result<Publisher<M>> {
-        self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
-    }
-
-    /// As [`Self::publisher`], also while the node is not active.
-    pub(crate) fn ungated_publisher<M: RosMessage + Message>(
-        &self,
-        topic: &str,
-        qos: Qos,
-    ) -> Result<Publisher<M>> {
-        self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened())
-    }
-
-    /// A subscription of messages of type `M`.
-    ///
-    /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
-    pub fn subscription<M: RosMessage + Message>(
-        &self,
-        topic: &str,
-        qos: Qos,
-    ) -> Result<Subscription<M>> {
-        self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
-    }
-
-    /// As [`Self::subscription`], also while the node is not active.
-    pub(crate) fn ungated_subscription<M: RosMessage + Message>(
-        &self,
-        topic: &str,
-        qos: Qos,
-    ) -> Result<Subscription<M>> {
-        self.subscription_of(topic, M::TYPE_NAME, qos, &Gate::opened())
-    }
-
-    pub(crate) fn publisher_of<M: Message>(
-        &self,
-        topic: &str,
-        type_name: &str,
-        qos: Qos,
-        gate: &Gate,
-    ) -> Result<Publisher<M>> {
-        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Publisher)?;
-        let writer = self
-            .ros()
-            .create_publisher(&dds_topic, Some(qos.profile()))
-            .map_err(|error| Error::Create {
-                what: format!("a publisher of {topic}"),
-                reason: error.to_string(),
-            })?;
-        let graph = Arc::clone(&self.shared.graph);
-        let publisher = Publisher::new(writer, &topic, graph, gate.clone());
-        self.endpoints()
-            .publishers
-            .push(Arc::downgrade(&publisher.statistics()));
-        Ok(publisher)
-    }
-
-    pub(crate) fn subscription_of<M: Message + 'static>(
-        &self,
-        topic: &str,
-        type_name: &str,
-        qos: Qos,
-        gate: &Gate,
-    ) -> Result<Subscription<M>> {
-        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Subscription)?;
-        let reader = self
-            .ros()
-            .create_subscription(&dds_topic, Some(qos.profile()))
-            .map_err(|error| Error::Create {
-                what: format!("a subscription of {topic}"),
-                reason: error.to_string(),
-            })?;
-        let ros = Arc::clone(&self.shared.ros);
-        let subscription = Subscription::new(
-            reader,
-            ros,
-            dds_topic,
-            &topic,
-            qos,
-            Arc::clone(&self.shared.graph),
-            gate.clone(),
-        );
-        self.endpoints()
-            .subscriptions
-            .push(Arc::downgrade(&subscription.statistics()));
-        Ok(subscription)
-    }
-
-    /// Absolute name, quality of service with its overrides, and the topic itself.
-    fn topic(
-        &self,
-        topic: &str,
-        type_name: &str,
-        qos: Qos,
-        end: End,
-    ) -> Result<(String, Qos, Topic)> {
-        let topic = self.resolve_topic(topic)?;
-        let qos = overridden(self.parameters(), &topic, end, qos)?;
-        let failed = |reason: String| Error::Create {
-            what: format!("topic {topic}"),
-            reason,
-        };
-        let name = Name::parse(&topic).map_err(|error| failed(error.to_string()))?;
-        let (package, kind) = type_parts(type_name, "msg").map_err(failed)?;
-        let dds_topic = self
-            .ros()
-            .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
-            .map_err(|error| failed(error.to_string()))?;
-        Ok((topic, qos, dds_topic))
     }
 
     /// Runs a task until it is done or the node ends (a managed one: is cleaned up), which stops it at its next await.
@@ -536,71 +337,4 @@ async fn end(tasks: Vec<JoinHandle<()>>) {
     }
 }
 
-impl Shared {
-    /// The built-in diagnostics task: what got lost between us and others.
-    fn topics_report(&self) -> Report {
-        let endpoints = self
-            .endpoints
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let mut report = Report::ok("nothing lost, everybody compatible");
-        for publisher in endpoints.publishers.iter().filter_map(Weak::upgrade) {
-            if publisher.dropped() > 0 {
-                report = report
-                    .worsened(
-                        Level::Warn,
-                        &format!(
-                            "{}: {} messages dropped",
-                            publisher.topic(),
-                            publisher.dropped()
-                        ),
-                    )
-                    .with(
-                        &format!("{} dropped", publisher.topic()),
-                        publisher.dropped(),
-                    );
-            }
-        }
-        for subscription in endpoints.subscriptions.iter().filter_map(Weak::upgrade) {
-            let (topic, lost, bad) = (
-                subscription.topic(),
-                subscription.lost(),
-                subscription.undecodable(),
-            );
-            // Of the clock only the newest sample counts, and best effort with depth 1 is its rule.
-            if lost > 0 && topic != "/clock" {
-                report = report
-                    .worsened(Level::Warn, &format!("{topic}: {lost} messages lost"))
-                    .with(&format!("{topic} lost"), lost);
-            }
-            if bad > 0 {
-                report = report
-                    .worsened(
-                        Level::Error,
-                        &format!("{topic}: {bad} messages of another form"),
-                    )
-                    .with(&format!("{topic} undecodable"), bad);
-            }
-        }
-        for (topic, why) in self.graph.incompatible() {
-            report = report
-                .worsened(Level::Error, &format!("{topic}: {why}"))
-                .with(&format!("{topic} incompatible"), why);
-        }
-        report
-    }
-}
-
-/// Package and name of `package/msg/Name`.
-pub(crate) fn type_parts<'a>(
-    type_name: &'a str,
-    middle: &str,
-) -> Result<(&'a str, &'a str), String> {
-    let mut parts = type_name.split('/');
-    match (parts.next(), parts.next(), parts.next(), parts.next()) {
-        (Some(package), Some(found), Some(name), None) if found == middle => Ok((package, name)),
-        _ => Err(format!(
-            "'{type_name}' is no type name of the form package/{middle}/Name"
-        )),
-    }
-}
+pub(crate) use endpoints::type_parts;

@@ -13,7 +13,7 @@ use sins::{
 };
 
 use super::campaign::{Campaign, Case, Simulation, SweepPoint, TURNS_DEG, VOYAGE_H};
-use crate::observability::significant;
+use crate::significant;
 
 /// Sigma of a drift that is found \[deg/h\].
 pub const DRIFT_FOUND_DEG_H: f64 = 0.002;

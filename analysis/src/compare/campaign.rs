@@ -2,10 +2,9 @@
 
 use std::sync::Mutex;
 
-use indicatif::ProgressBar;
 use rayon::prelude::*;
 use sins::{
-    simulation::Ship,
+    simulation::{NoiseReading, Ship},
     studies::monte_carlo::{MonteCarlo, RunResult, Statistics, TrueErrors, Voyage, VoyageTrack},
     studies::observability::{
         Setting,
@@ -15,7 +14,7 @@ use sins::{
     table::{Axis, Turntable},
 };
 
-use crate::scheme_options::Reading;
+use crate::Listener;
 
 /// Runs worked in lockstep on one truth. A constant, so that sums do not depend on the number of cores.
 const BATCH: u64 = 5;
@@ -90,14 +89,14 @@ pub struct Case {
     /// Its table.
     pub table: Turntable,
     /// Noise.
-    pub reading: Reading,
+    pub reading: NoiseReading,
 }
 
 impl Case {
     /// Every case: simulation, reading, gimbal order.
     pub fn all() -> Vec<Self> {
         let mut cases = Vec::new();
-        for reading in [Reading::D, Reading::H] {
+        for reading in [NoiseReading::D, NoiseReading::H] {
             for simulation in Simulation::ALL {
                 for table in simulation.tables() {
                     cases.push(Self {
@@ -309,9 +308,12 @@ impl Plan {
     }
 
     /// Does all of it.
-    pub fn run(&self, progress: &ProgressBar) -> Result<Campaign, sins::Error> {
+    ///
+    /// # Errors
+    /// Where the ship or the rate is refused.
+    pub fn run(&self, listener: &dyn Listener) -> Result<Campaign, sins::Error> {
         let cases = Case::all();
-        progress.set_message("covariance bounds over heading");
+        listener.task("covariance bounds over heading");
         let sweep = cases
             .par_iter()
             .flat_map(|case| SWEEP_DEG.par_iter().map(move |heading| (*case, *heading)))
@@ -325,7 +327,7 @@ impl Plan {
             .collect::<Result<Vec<_>, sins::Error>>()?;
         let cases = cases
             .into_iter()
-            .map(|case| self.run_case(case, progress))
+            .map(|case| self.run_case(case, listener))
             .collect::<Result<_, _>>()?;
         Ok(Campaign {
             plan: *self,
@@ -334,8 +336,8 @@ impl Plan {
         })
     }
 
-    fn run_case(&self, case: Case, progress: &ProgressBar) -> Result<CaseResult, sins::Error> {
-        progress.set_message(case.name());
+    fn run_case(&self, case: Case, listener: &dyn Listener) -> Result<CaseResult, sins::Error> {
+        listener.task(&case.name());
         let monte_carlo = self.monte_carlo(case);
         let heading_deg = self.ship.heading_rad.to_degrees();
         let mut result = CaseResult {
@@ -354,7 +356,7 @@ impl Plan {
             let done: Vec<_> = window
                 .par_iter()
                 .map(|batch| {
-                    let worked = self.run_batch(&monte_carlo, case, batch.clone(), progress);
+                    let worked = self.run_batch(&monte_carlo, case, batch.clone(), listener);
                     worked
                         .map_err(|error| failed.lock().map(|mut slot| slot.replace(error)).ok())
                         .ok()
@@ -377,14 +379,14 @@ impl Plan {
         monte_carlo: &MonteCarlo,
         case: Case,
         batch: std::ops::Range<u64>,
-        progress: &ProgressBar,
+        listener: &dyn Listener,
     ) -> Result<(Statistics, [Vec<VoyageStatistics>; 2]), sins::Error> {
         let mut statistics = Statistics::default();
         let runs = monte_carlo.run(batch.clone())?;
         for run in &runs {
             statistics.add(run, TRACES);
         }
-        progress.inc(runs.len() as u64);
+        listener.advance(runs.len() as u64);
         let mut voyages = [Vec::new(), Vec::new()];
         if self.voyages_of(case) {
             // The paper's picture is that of an IMU with the errors of Table 1, whose axes are all alike; IMUs with drawn errors
@@ -397,7 +399,7 @@ impl Plan {
             table_1.plant.imu_rate_hz = self.rate_hz.min(VOYAGE_CALIBRATION_HZ);
             voyages[0] = sail(case, &table_1.run(batch)?, VOYAGE_H[1])?;
             voyages[1] = sail(case, &runs, VOYAGE_H[0])?;
-            progress.inc(runs.len() as u64);
+            listener.advance(runs.len() as u64);
         }
         Ok((statistics, voyages))
     }

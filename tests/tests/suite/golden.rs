@@ -1,6 +1,6 @@
 //! Golden summaries: the results of a few runs stand in `tests/golden`, so that a change of any estimate is seen in review.
 //!
-//! A changed result fails here. Where the change is meant, `ROTARY_SINS_UPDATE_GOLDEN=1 cargo test --release -p suite_tests --test
+//! A changed result fails here. Where the change is meant, `ROTARY_SINS_UPDATE_GOLDEN=1 cargo test --release -p suite_tests
 //! golden` writes the new summaries, and the commit shows what moved.
 #![allow(clippy::unwrap_used, missing_docs)]
 

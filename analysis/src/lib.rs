@@ -1,0 +1,27 @@
+//! Studies over the mathematics of `sins`, and the report on one recorded run.
+//!
+//! - [`compare`]: the paper's simulations, reproduced, and its claims judged.
+//! - [`experiment`]: the paper's experiment on simulated IMUs.
+//! - [`observability`]: what a rotation scheme can show, before anything is measured.
+//! - [`run_report`]: one page about one recorded run.
+//!
+//! Each gives values, a text, JSON and a page. Nothing here prints, reads arguments or speaks to a network: who wants to
+//! know how far the work is gives a [`Listener`].
+
+mod calibrator;
+pub mod compare;
+mod error;
+pub mod experiment;
+mod listener;
+mod notes;
+pub mod observability;
+mod rounding;
+pub mod run_report;
+mod sensor_source;
+
+pub use calibrator::Calibrator;
+pub use error::Error;
+pub use listener::Listener;
+pub use notes::Notes;
+pub use rounding::significant;
+pub use sensor_source::SensorSource;

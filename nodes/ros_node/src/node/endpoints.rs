@@ -1,0 +1,150 @@
+//! Publishers and subscriptions of a node.
+
+use std::sync::Arc;
+
+use ros2_client::{Message, MessageTypeName, Name};
+use rotary_sins_msgs::RosMessage;
+use rustdds::Topic;
+
+use super::Node;
+use crate::error::{Error, Result};
+use crate::lifecycle::Gate;
+use crate::publisher::Publisher;
+use crate::qos::Qos;
+use crate::qos_overrides::{End, overridden};
+use crate::subscription::Subscription;
+
+impl Node {
+    /// A publisher of messages of type `M`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn publisher<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Publisher<M>> {
+        self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
+    }
+
+    /// As [`Self::publisher`], also while the node is not active.
+    pub(crate) fn ungated_publisher<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Publisher<M>> {
+        self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened())
+    }
+
+    /// A subscription of messages of type `M`.
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn subscription<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Subscription<M>> {
+        self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
+    }
+
+    /// As [`Self::subscription`], also while the node is not active.
+    pub(crate) fn ungated_subscription<M: RosMessage + Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Subscription<M>> {
+        self.subscription_of(topic, M::TYPE_NAME, qos, &Gate::opened())
+    }
+
+    pub(crate) fn publisher_of<M: Message>(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+        gate: &Gate,
+    ) -> Result<Publisher<M>> {
+        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Publisher)?;
+        let writer = self
+            .ros()
+            .create_publisher(&dds_topic, Some(qos.profile()))
+            .map_err(|error| Error::Create {
+                what: format!("a publisher of {topic}"),
+                reason: error.to_string(),
+            })?;
+        let graph = Arc::clone(&self.shared.graph);
+        let publisher = Publisher::new(writer, &topic, graph, gate.clone());
+        self.endpoints()
+            .publishers
+            .push(Arc::downgrade(&publisher.statistics()));
+        Ok(publisher)
+    }
+
+    pub(crate) fn subscription_of<M: Message + 'static>(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+        gate: &Gate,
+    ) -> Result<Subscription<M>> {
+        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Subscription)?;
+        let reader = self
+            .ros()
+            .create_subscription(&dds_topic, Some(qos.profile()))
+            .map_err(|error| Error::Create {
+                what: format!("a subscription of {topic}"),
+                reason: error.to_string(),
+            })?;
+        let ros = Arc::clone(&self.shared.ros);
+        let subscription = Subscription::new(
+            reader,
+            ros,
+            dds_topic,
+            &topic,
+            qos,
+            Arc::clone(&self.shared.graph),
+            gate.clone(),
+        );
+        self.endpoints()
+            .subscriptions
+            .push(Arc::downgrade(&subscription.statistics()));
+        Ok(subscription)
+    }
+
+    /// Absolute name, quality of service with its overrides, and the topic itself.
+    fn topic(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: Qos,
+        end: End,
+    ) -> Result<(String, Qos, Topic)> {
+        let topic = self.resolve_topic(topic)?;
+        let qos = overridden(self.parameters(), &topic, end, qos)?;
+        let failed = |reason: String| Error::Create {
+            what: format!("topic {topic}"),
+            reason,
+        };
+        let name = Name::parse(&topic).map_err(|error| failed(error.to_string()))?;
+        let (package, kind) = type_parts(type_name, "msg").map_err(failed)?;
+        let dds_topic = self
+            .ros()
+            .create_topic(&name, MessageTypeName::new(package, kind), &qos.profile())
+            .map_err(|error| failed(error.to_string()))?;
+        Ok((topic, qos, dds_topic))
+    }
+}
+
+/// Package and name of `package/msg/Name`.
+pub(crate) fn type_parts<'a>(
+    type_name: &'a str,
+    middle: &str,
+) -> Result<(&'a str, &'a str), String> {
+    let mut parts = type_name.split('/');
+    match (parts.next(), parts.next(), parts.next(), parts.next()) {
+        (Some(package), Some(found), Some(name), None) if found == middle => Ok((package, name)),
+        _ => Err(format!(
+            "'{type_name}' is no type name of the form package/{middle}/Name"
+        )),
+    }
+}

@@ -1,0 +1,27 @@
+//! The whole suite as it is used: bags through the command line and the running nodes, real ROS 2 peers, faults. One executable,
+//! because each would link everything once more, and because a runner can only share out what it sees at once.
+#![allow(
+    clippy::unwrap_used,
+    reason = "this is test code: a failed step is a failed test"
+)]
+
+mod aboard;
+mod actions;
+mod aggregator;
+mod analysis;
+mod colcon;
+mod covariances;
+mod faults;
+mod foreign_bags;
+mod four_nodes;
+mod golden;
+mod install;
+mod interfaces;
+mod layouts;
+mod manners;
+mod monitor;
+mod real_data;
+mod replay;
+mod report_page;
+mod ros2_peers;
+mod run_report;
