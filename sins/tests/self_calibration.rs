@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use sins::earth::Position;
 use sins::earth::{EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2};
 use sins::estimation::filter::VelocityMeasurement;
-use sins::machines::self_calibration::{Estimate, Event, Phase, Reference, SelfCalibration, Settings};
+use sins::machines::self_calibration::{
+    Estimate, Event, Phase, Reference, SelfCalibration, Settings,
+};
 use sins::simulation::{Run, Simulator, SimulatorSettings, Tick};
 use sins::stream::counts::Refusal;
 use sins::stream::order::EpochCause;

@@ -5,7 +5,10 @@ use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
     diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
 };
-use sins::{earth::Position, mechanization::odometry::offset_m, time::Stamp};
+use sins::{
+    earth::Position, machines::self_calibration::Event, mechanization::odometry::offset_m,
+    time::Stamp,
+};
 
 use super::{
     diagnostics::Diagnostics,
@@ -253,24 +256,24 @@ impl Gathering<'_> {
         if self.is_position_given && matches!(sample, Sample::Fix(_)) {
             return;
         }
-        match calibrator.ingest(&sample) {
-            Ok(Some(estimate)) => {
+        let name = &self.bag.topics()[topic].name;
+        if let Err(error) = calibrator.push(&sample) {
+            self.run.notes.error(self.listener, name, &error);
+        }
+        while let Some(event) = calibrator.poll() {
+            if let Event::Estimate(estimate) = &event {
                 let attitude = estimate.navigation.attitude;
                 self.run.truth.take_estimate(estimate.stamp, attitude);
-                let counts = Counts::from(&estimate);
+                let counts = Counts::from(&**estimate);
                 self.own.failures = estimate.innovations.failures;
                 self.own
-                    .take(Point::from(&estimate), estimate.innovations.last, counts);
+                    .take(Point::from(&**estimate), estimate.innovations.last, counts);
                 self.made += 1;
                 if self.made.is_multiple_of(60) {
                     self.listener.task(estimate.phase.name());
                 }
             }
-            Ok(None) => {}
-            Err(error) => {
-                let name = &self.bag.topics()[topic].name;
-                self.run.notes.error(self.listener, name, &error);
-            }
+            self.run.notes.event(self.listener, name, &event);
         }
         if let Sample::Imu(imu) = &sample {
             let phase = phase_number(calibrator.machine.phase());
@@ -363,6 +366,7 @@ impl Gathering<'_> {
                     source,
                 })?;
             self.own.take_phase(last.stamp, phase_number(last.phase));
+            self.own.reasons = last.verdict(calibrator.machine.settings()).reasons;
             self.own.failures = last.innovations.failures;
             if self.own.newest == Some(last.stamp) {
                 // Samples behind the last estimate count too.

@@ -4,6 +4,7 @@ use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters, SENSOR_DEPTH};
 use sins::sensor::sample::NoiseDensity;
+use sins::stream::plausibility::SensorRange;
 use sins::table::Turntable;
 use sins::units::{DEG_PER_SQRT_HOUR, MICRO_G};
 
@@ -15,7 +16,7 @@ pub type Number = (&'static str, f64, &'static str, f64, f64, &'static str);
 const QUEUE_DEPTH: i64 = SENSOR_DEPTH as i64;
 
 #[rustfmt::skip]
-const NUMBERS: [Number; 6] = [
+const NUMBERS: [Number; 10] = [
     ("angle_random_walk_deg_per_sqrt_hour", 0.0, "deg/sqrt(h)", 0.0, 10.0,
         "white noise of the gyroscopes; 0: from the covariances of the Imu messages"),
     ("velocity_random_walk_ug_per_sqrt_hz", 0.0, "ug/sqrt(Hz)", 0.0, 1e5,
@@ -25,7 +26,15 @@ const NUMBERS: [Number; 6] = [
     ("coarse_alignment_s", 300.0, "s", 10.0, 7200.0,
         "length of coarse alignment"),
     ("restart_gap_s", 5.0, "s", 0.01, 3600.0,
-        "a longer hole in the samples, or a step back in time, starts the alignment anew"),
+        "a longer hole in the samples starts the alignment anew, unless the joint states tell the turn in it"),
+    ("rate_limit_rad_s", 20.0, "rad/s", 1e-3, 1e4,
+        "a sample with a greater angular velocity of an axis is refused"),
+    ("force_limit_m_s2", 500.0, "m/s^2", 1.0, 1e5,
+        "a sample with a greater linear acceleration of an axis is refused"),
+    ("rate_step_rad_s", 0.5, "rad/s", 1e-4, 1e4,
+        "a single sample that jumps by more, and back again, is refused"),
+    ("force_step_m_s2", 20.0, "m/s^2", 1e-2, 1e5,
+        "the same for the linear acceleration"),
     ("silence_s", 3.0, "s", 0.1, 3600.0,
         "an input topic that is silent for longer is a fault"),
 ];
@@ -86,6 +95,19 @@ pub fn noise(parameters: &Parameters) -> anyhow::Result<Option<NoiseDensity>> {
         gyroscope: Vector3::repeat(gyroscope * DEG_PER_SQRT_HOUR),
         accelerometer: Vector3::repeat(accelerometer * MICRO_G),
     }))
+}
+
+/// What the sensors can give.
+///
+/// # Errors
+/// A parameter is not declared.
+pub fn range(parameters: &Parameters) -> anyhow::Result<SensorRange> {
+    Ok(SensorRange {
+        rate_rad_s: parameters.get("rate_limit_rad_s")?,
+        force_m_s2: parameters.get("force_limit_m_s2")?,
+        rate_step_rad_s: parameters.get("rate_step_rad_s")?,
+        force_step_m_s2: parameters.get("force_step_m_s2")?,
+    })
 }
 
 /// Samples that the middleware keeps until the node takes them.

@@ -1,6 +1,6 @@
 //! Parameters of the node, in the units of the people who set them, and the settings they amount to.
 
-use imu_input::{Number, noise, numbers, turntable};
+use imu_input::{Number, noise, numbers, range, turntable};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters};
 use sins::machines::navigator::NavigatorSettings;
@@ -14,8 +14,6 @@ use crate::instruments;
 pub struct NodeSettings {
     /// Settings of the navigator.
     pub navigator: NavigatorSettings,
-    /// How much later than a sample its joint state may come, by the stamps \[s\].
-    pub joint_patience_s: f64,
     /// Odometry, position and velocity a second of sample time; 0: with every sample \[Hz\].
     pub output_rate_hz: f64,
     /// Compensated samples a second of sample time; 0: every one \[Hz\].
@@ -34,13 +32,19 @@ pub struct NodeSettings {
 
 /// Numbers that only this node has.
 #[rustfmt::skip]
-const NUMBERS: [Number; 8] = [
+const NUMBERS: [Number; 11] = [
     ("alignment_s", 900.0, "s", 10.0, 36_000.0,
         "length of the node's own alignment, where it needs one"),
     ("history_s", 60.0, "s", 0.0, 3600.0,
         "how long samples are kept for a calibration that arrives after them"),
     ("joint_patience_s", 0.1, "s", 0.0, 60.0,
         "how long, by the samples' stamps, a sample waits for the joint state after it"),
+    ("longest_hole_s", 300.0, "s", 0.0, 36_000.0,
+        "a longer hole in the samples begins an alignment; over a shorter one course and speed are kept, less certain"),
+    ("moored_speed_m_s", 0.5, "m/s", 0.0, 100.0,
+        "a ship that is slower than this, by her own solution, lies at her mooring"),
+    ("velocity_patience_s", 2.0, "s", 0.01, 3600.0,
+        "how much later than its sample, by the stamps, a measured velocity may come"),
     ("uncompensated_accelerometer_bias_ug", 100.0, "ug", 1e-6, 1e6,
         "1 sigma of the biases where they are not taken out"),
     ("uncompensated_gyroscope_drift_deg_per_hour", 0.01, "deg/h", 1e-9, 1e4,
@@ -61,6 +65,9 @@ pub fn declarations() -> Vec<Parameter> {
     all.extend([
         Parameter::new("start_from_calibration", true)
             .describe("start from the attitude of the calibration where its samples are still at hand; false: always align anew"),
+        Parameter::new("velocity_reference", "moored")
+            .one_of(&["moored", "measured"])
+            .describe("during alignment, moored: the ship's velocity is zero; measured: it comes on aiding/velocity"),
         Parameter::new("odometry_frame_id", "odom")
             .describe("frame of the pose: East-North-Up, origin at the first position"),
         Parameter::new("base_frame_id", "base_link").describe("frame of the ship: forward-left-up"),
@@ -77,9 +84,15 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
     let mut alignment = Settings {
         turntable: turntable(parameters)?,
         noise: noise(parameters)?,
-        reference: Reference::Moored {
-            sigma_m_s: double("moored_sigma_m_s")?,
+        reference: match parameters.get::<String>("velocity_reference")?.as_str() {
+            "measured" => Reference::Measured {
+                patience_s: double("velocity_patience_s")?,
+            },
+            _ => Reference::Moored {
+                sigma_m_s: double("moored_sigma_m_s")?,
+            },
         },
+        range: range(parameters)?,
         coarse_alignment_s: double("coarse_alignment_s")?,
         restart_gap_s: double("restart_gap_s")?,
         ..Settings::default()
@@ -94,8 +107,10 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<NodeSettings> {
             alignment_s: double("alignment_s")?,
             history_s: double("history_s")?,
             start_from_calibration: parameters.get("start_from_calibration")?,
+            joint_patience_s: double("joint_patience_s")?,
+            longest_hole_s: double("longest_hole_s")?,
+            moored_speed_m_s: double("moored_speed_m_s")?,
         },
-        joint_patience_s: double("joint_patience_s")?,
         output_rate_hz: double("output_rate_hz")?,
         imu_output_rate_hz: double("imu_output_rate_hz")?,
         odometry_frame_id: parameters.get("odometry_frame_id")?,
@@ -111,13 +126,17 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// The defaults are those of the machine to the last bit, so that node and command line agree.
+    /// The defaults are those of the machine to the last bit, so that node and command line agree; only the node's joint states may be
+    /// late.
     #[test]
     fn defaults_are_those_of_the_machine() {
         let parameters = Parameters::defaults(declarations()).unwrap();
         assert_eq!(
             settings(&parameters).unwrap().navigator,
-            NavigatorSettings::default()
+            NavigatorSettings {
+                joint_patience_s: 0.1,
+                ..NavigatorSettings::default()
+            }
         );
     }
 

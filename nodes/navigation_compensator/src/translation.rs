@@ -41,7 +41,7 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
             "latitude_deg, longitude_deg, height_m are {place:?}, expected finite numbers"
         ));
     }
-    Ok(Calibration {
+    let calibration = Calibration {
         stamp: message.header.stamp.into(),
         phase: phase(message.phase)?,
         errors: SensorErrors {
@@ -59,7 +59,8 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
         covariance: covariance(message)?,
         samples: message.samples,
         gaps: message.gaps,
-    })
+    };
+    calibration.usable().map_err(|error| error.to_string())
 }
 
 fn phase(number: u8) -> Result<Phase, String> {

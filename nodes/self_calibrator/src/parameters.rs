@@ -2,16 +2,20 @@
 
 use std::f64::consts::PI;
 
-use imu_input::{Number, noise, numbers, turntable};
+use imu_input::{Number, noise, numbers, range, turntable};
 use nalgebra::Vector3;
 use ros_node::{Parameter, Parameters};
 use sins::estimation::filter::InitialUncertainty;
-use sins::machines::self_calibration::{Reference, Settings, Thresholds};
+use sins::machines::self_calibration::{Reference, SensorWalk, Settings, Thresholds};
+use sins::machines::unseen_motion::UnseenMotion;
 use sins::units::{ARC_MINUTE, DEG_PER_HOUR, MICRO_G};
+
+/// √3600 s.
+const SQRT_HOUR: f64 = 60.0;
 
 /// Numbers that only this node has.
 #[rustfmt::skip]
-const NUMBERS: [Number; 10] = [
+const NUMBERS: [Number; 14] = [
     ("prior_position_m", 10.0, "m", 1e-3, 1e6,
         "initial 1 sigma of the position, each axis"),
     ("prior_velocity_m_s", 0.01, "m/s", 1e-6, 100.0,
@@ -30,6 +34,14 @@ const NUMBERS: [Number; 10] = [
         "1 sigma below which the level counts as found; 0: not asked for"),
     ("innovation_false_alarm", 1e-6, "1", 1e-12, 0.4,
         "probability that the innovation test fails over one window when all is well"),
+    ("gyroscope_drift_walk_deg_per_hour_sqrt_hour", 0.001, "deg/h/sqrt(h)", 0.0, 1e3,
+        "how the drifts wander from one alignment to the next"),
+    ("accelerometer_bias_walk_ug_per_sqrt_hour", 1.0, "ug/sqrt(h)", 0.0, 1e6,
+        "how the biases wander from one alignment to the next"),
+    ("refused_share", 0.01, "1", 0.0, 1.0,
+        "a greater share of refused samples keeps the estimate from converging"),
+    ("gap_share", 0.1, "1", 0.0, 1.0,
+        "a greater share of holes among the samples keeps the estimate from converging"),
     ("turn_deg", 10.0, "deg", 0.1, 180.0,
         "turn of the block that ends fine alignment and begins calibration"),
 ];
@@ -61,6 +73,9 @@ pub fn declarations() -> Vec<Parameter> {
         Parameter::new("calibration_file", "").describe(
             "what ~/save writes and ~/load reads; empty: self_calibration.yaml in ROS_HOME, or in .ros at home",
         ),
+        Parameter::new("innovation_recovery_windows", 6_i64)
+            .range(1.0, 10_000.0)
+            .describe("windows that have to agree before a run that failed the innovation test counts as consistent again"),
         Parameter::new("innovation_window_updates", 300_i64)
             .range(10.0, 100_000.0)
             .describe("length of the innovation test in updates"),
@@ -118,6 +133,19 @@ pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
         window_false_alarm: double("innovation_false_alarm")?,
         turn_rad: double("turn_deg")? * PI / 180.0,
         restart_gap_s: double("restart_gap_s")?,
+        range: range(parameters)?,
+        walk: SensorWalk {
+            gyroscope_drift_rad_s_sqrt_s: double("gyroscope_drift_walk_deg_per_hour_sqrt_hour")?
+                * DEG_PER_HOUR
+                / SQRT_HOUR,
+            accelerometer_bias_m_s2_sqrt_s: double("accelerometer_bias_walk_ug_per_sqrt_hour")?
+                * MICRO_G
+                / SQRT_HOUR,
+        },
+        unseen: UnseenMotion::default(),
+        recovery_windows: usize::try_from(parameters.get::<i64>("innovation_recovery_windows")?)?,
+        refused_share: double("refused_share")?,
+        gap_share: double("gap_share")?,
     };
     settings.check()?;
     Ok(settings)

@@ -191,8 +191,10 @@ impl Channel {
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(*angle, *velocity),
             None => {}
         }
-        self.filter
-            .propagate(&compensated_increment(&self.compensation, &interval.increment));
+        self.filter.propagate(&compensated_increment(
+            &self.compensation,
+            &interval.increment,
+        ));
         if self.filter.pending_s() >= COVARIANCE_STEP_S {
             self.filter.step();
         }
@@ -316,7 +318,9 @@ impl Navigator {
         }
         let stream = Stream::new(StreamSettings {
             joint_patience_s: settings.joint_patience_s,
-            longest_bridge_s: settings.longest_hole_s.max(settings.alignment.restart_gap_s),
+            longest_bridge_s: settings
+                .longest_hole_s
+                .max(settings.alignment.restart_gap_s),
             ..settings.alignment.stream()
         })?;
         Ok(Self {
@@ -438,13 +442,13 @@ impl Navigator {
         if let Stage::Navigating(channels) = &mut self.stage {
             channels[0].compensation = compensation;
         } else {
-            let is_covered = self
-                .history
-                .front()
-                .zip(self.history.back())
-                .is_some_and(|(first, last)| {
-                    first.0.stamp <= calibration.stamp && last.0.stamp >= calibration.stamp
-                });
+            let is_covered =
+                self.history
+                    .front()
+                    .zip(self.history.back())
+                    .is_some_and(|(first, last)| {
+                        first.0.stamp <= calibration.stamp && last.0.stamp >= calibration.stamp
+                    });
             if is_covered && self.settings.start_from_calibration {
                 self.start_from(&calibration, &compensation)?;
             } else {
@@ -559,14 +563,16 @@ impl Navigator {
         if speed > self.settings.moored_speed_m_s || hole.interval_s <= bridge_s {
             return Some(under_way);
         }
-        Some(match settings.unseen.moored(hole, &settings.turntable, speed) {
-            // A ship that lies sways as she did; her velocity goes on, for it is what tells one solution from the other.
-            Passage::Held(mut crossing) => {
-                crossing.rest_sigma_m_s = None;
-                Passage::Held(crossing)
-            }
-            Passage::Bridged(_) => under_way,
-        })
+        Some(
+            match settings.unseen.moored(hole, &settings.turntable, speed) {
+                // A ship that lies sways as she did; her velocity goes on, for it is what tells one solution from the other.
+                Passage::Held(mut crossing) => {
+                    crossing.rest_sigma_m_s = None;
+                    Passage::Held(crossing)
+                }
+                Passage::Bridged(_) => under_way,
+            },
+        )
     }
 
     fn output(&self, sample: &ImuSample) -> Option<Box<NavigatorOutput>> {
@@ -706,7 +712,14 @@ impl Navigator {
         };
         let longest_s = self.settings.alignment.restart_gap_s;
         let interval = Some(interval);
-        take_compensated(alignment, compensation, interval, sample, &self.stream, longest_s);
+        take_compensated(
+            alignment,
+            compensation,
+            interval,
+            sample,
+            &self.stream,
+            longest_s,
+        );
         let mut aligned = None;
         while let Some(event) = alignment.next_event() {
             match event {
@@ -772,8 +785,10 @@ fn take_compensated(
 
 fn compensated_increment(compensation: &Compensation, increment: &Increment) -> Increment {
     let seconds = increment.interval_s;
-    let (rate, force) =
-        compensation.apply(&(increment.angle / seconds), &(increment.velocity / seconds));
+    let (rate, force) = compensation.apply(
+        &(increment.angle / seconds),
+        &(increment.velocity / seconds),
+    );
     Increment {
         interval_s: seconds,
         angle: rate * seconds,

@@ -255,11 +255,12 @@ impl<T: Copy + PartialEq> StampOrder<T> {
             return;
         };
         self.usual_s = Some(usual);
-        self.counts.reordered += start.windows(2).filter(|pair| pair[1].0 < pair[0].0).count() as u64;
+        self.counts.reordered += start
+            .windows(2)
+            .filter(|pair| pair[1].0 < pair[0].0)
+            .count() as u64;
         start.sort_by_key(|(stamp, _)| *stamp);
-        let near = |a: usize, b: usize| {
-            start[b].0.seconds_since(start[a].0) <= AGREE_RATIO * usual
-        };
+        let near = |a: usize, b: usize| start[b].0.seconds_since(start[a].0) <= AGREE_RATIO * usual;
         let has_company: Vec<bool> = (0..start.len())
             .map(|at| (at > 0 && near(at - 1, at)) || (at + 1 < start.len() && near(at, at + 1)))
             .collect();
@@ -325,7 +326,8 @@ impl<T: Copy + PartialEq> StampOrder<T> {
             let mut between: Vec<Held<T>> = Vec::new();
             self.held.retain(|held| {
                 let before_s = first.0.seconds_since(held.stamp);
-                let is_between = held.stamp > last && before_s > 0.0 && before_s <= AGREE_RATIO * usual;
+                let is_between =
+                    held.stamp > last && before_s > 0.0 && before_s <= AGREE_RATIO * usual;
                 if is_between {
                     between.push(*held);
                 }

@@ -122,7 +122,10 @@ fn a_clock_set_back_is_a_new_epoch() {
 fn what_cannot_be_ordered_is_counted() {
     let twice = grid(0, 100).flat_map(|ms| [ms, ms]);
     let counts = run(twice).0.counts();
-    assert_eq!((counts.samples, counts.repeated, counts.gaps), (100, 100, 0));
+    assert_eq!(
+        (counts.samples, counts.repeated, counts.gaps),
+        (100, 100, 0)
+    );
     let still = grid(0, 50).chain(std::iter::repeat_n(490, 30));
     let counts = run(still).0.counts();
     assert_eq!((counts.samples, counts.repeated), (50, 30));

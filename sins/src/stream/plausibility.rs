@@ -133,7 +133,10 @@ impl Sieve {
             on(Sifted::Bad(*sample, why));
             return;
         }
-        let from_last = self.last.as_ref().and_then(|last| self.range.jump(last, sample));
+        let from_last = self
+            .last
+            .as_ref()
+            .and_then(|last| self.range.jump(last, sample));
         if let Some((suspect, why)) = self.suspect.take() {
             let from_suspect = self.range.jump(&Values::from(&suspect), sample);
             if from_last.is_none() && from_suspect.is_some() {
@@ -195,7 +198,10 @@ mod tests {
     /// A spike of one sample is refused, what is not finite or beyond the range too, and a real start of motion is not.
     #[test]
     fn spikes_and_wild_numbers_are_refused() {
-        assert_eq!(sift(&[0.0, 0.1, 1.1, 0.1]), (vec![0.0, 0.1, 0.1], vec!["spike"]));
+        assert_eq!(
+            sift(&[0.0, 0.1, 1.1, 0.1]),
+            (vec![0.0, 0.1, 0.1], vec!["spike"])
+        );
         let wild = sift(&[0.0, f64::NAN, 1e30, 30.0, f64::INFINITY, 0.0]);
         let why = vec!["not finite", "beyond range", "beyond range", "not finite"];
         assert_eq!(wild, (vec![0.0, 0.0], why));

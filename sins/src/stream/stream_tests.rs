@@ -130,7 +130,9 @@ fn joints_of_the_time_before_are_forgotten() {
     let mut stream = Stream::new(StreamSettings::default()).unwrap();
     for round in 0..2 {
         for k in 0..100 {
-            stream.push_joints(joints(10 * k, f64::from(round))).unwrap();
+            stream
+                .push_joints(joints(10 * k, f64::from(round)))
+                .unwrap();
             stream.push_sample(&sample(10 * k, 0.0));
             drain(&mut stream);
         }
@@ -175,7 +177,13 @@ fn a_restart_begins_an_epoch() {
     stream.push_sample(&sample(200, 0.0));
     let items = drain(&mut stream);
     assert!(
-        matches!(items[..], [Item::Epoch { cause: EpochCause::Asked, .. }]),
+        matches!(
+            items[..],
+            [Item::Epoch {
+                cause: EpochCause::Asked,
+                ..
+            }]
+        ),
         "{items:?}"
     );
     assert_eq!(stream.counts().samples, 21);

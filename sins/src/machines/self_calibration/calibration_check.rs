@@ -58,7 +58,11 @@ impl Calibration {
         let beyond = |variance: &&f64| **variance < 0.0 || **variance > SIGMA_LIMIT * SIGMA_LIMIT;
         if let Some(variance) = diagonal.iter().find(beyond) {
             let expected = format!("0 to {:e}", SIGMA_LIMIT * SIGMA_LIMIT);
-            return Err(Error::setting("a variance of the covariance", variance, expected));
+            return Err(Error::setting(
+                "a variance of the covariance",
+                variance,
+                expected,
+            ));
         }
         Ok(self)
     }
@@ -114,10 +118,22 @@ mod tests {
             calibration.usable().unwrap_err().to_string()
         };
         for (change, word) in [
-            (change(&|c| c.errors.gyroscope_drift.x = 1e6), "gyroscope_drift"),
-            (change(&|c| c.errors.accelerometer_bias.y = 1e9), "accelerometer_bias"),
-            (change(&|c| c.errors.gyroscope_matrix[(0, 1)] = f64::NAN), "gyroscope_matrix"),
-            (change(&|c| c.position.latitude_rad = 95f64.to_radians()), "latitude"),
+            (
+                change(&|c| c.errors.gyroscope_drift.x = 1e6),
+                "gyroscope_drift",
+            ),
+            (
+                change(&|c| c.errors.accelerometer_bias.y = 1e9),
+                "accelerometer_bias",
+            ),
+            (
+                change(&|c| c.errors.gyroscope_matrix[(0, 1)] = f64::NAN),
+                "gyroscope_matrix",
+            ),
+            (
+                change(&|c| c.position.latitude_rad = 95f64.to_radians()),
+                "latitude",
+            ),
             (change(&|c| c.position.height_m = 1e300), "height"),
             (change(&|c| c.covariance[(3, 3)] = -1.0), "variance"),
             (change(&|c| c.covariance[(3, 4)] = f64::NAN), "covariance"),

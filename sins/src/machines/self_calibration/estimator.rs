@@ -339,9 +339,7 @@ impl Estimator {
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
         };
-        estimate.phase = estimate
-            .evidence(&run.filter.sigma())
-            .phase(&self.settings);
+        estimate.phase = estimate.evidence(&run.filter.sigma()).phase(&self.settings);
         estimate
     }
 }

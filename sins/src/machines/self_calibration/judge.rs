@@ -230,7 +230,10 @@ impl Evidence<'_> {
         // Not a number is not below anything.
         let above = (0..limits.len()).filter(|i| !(self.sigma[*i] <= limits[*i]));
         let worst = above.max_by(|a, b| {
-            f64::total_cmp(&(self.sigma[*a] / limits[*a]), &(self.sigma[*b] / limits[*b]))
+            f64::total_cmp(
+                &(self.sigma[*a] / limits[*a]),
+                &(self.sigma[*b] / limits[*b]),
+            )
         })?;
         Some(Doubt::Sigma {
             state: STATE_NAMES[worst],
@@ -277,7 +280,11 @@ mod tests {
         }
     }
 
-    fn evidence<'a>(judge: &Judge, counts: &'a StreamCounts, sigma: &'a StateVector) -> Evidence<'a> {
+    fn evidence<'a>(
+        judge: &Judge,
+        counts: &'a StreamCounts,
+        sigma: &'a StateVector,
+    ) -> Evidence<'a> {
         Evidence {
             innovations: judge.report(),
             counts,
@@ -299,14 +306,21 @@ mod tests {
         (0..60).for_each(|_| judge.take(2.0));
         let verdict = evidence(&judge, &counts, &sigma).verdict(&settings);
         assert!(!verdict.converged && !verdict.consistent);
-        assert!(verdict.reasons[0].contains("have agreed since"), "{verdict:?}");
+        assert!(
+            verdict.reasons[0].contains("have agreed since"),
+            "{verdict:?}"
+        );
         let mut next = judge.of_next_alignment(&settings);
         assert!(next.report().doubtful);
         (0..118).for_each(|_| next.take(2.0));
         assert!(next.report().doubtful);
         (0..2).for_each(|_| next.take(2.0));
         assert!(!next.report().doubtful);
-        assert!(evidence(&next, &counts, &sigma).verdict(&settings).converged);
+        assert!(
+            evidence(&next, &counts, &sigma)
+                .verdict(&settings)
+                .converged
+        );
     }
 
     /// Half of the samples refused is never converged; one in a thousand is.

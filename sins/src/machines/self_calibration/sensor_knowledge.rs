@@ -62,6 +62,8 @@ impl SensorKnowledge {
             covariance[(axis, axis)] += bias;
             covariance[(DRIFT - BIAS + axis, DRIFT - BIAS + axis)] += drift;
         }
-        prior.fixed_view_mut::<6, 6>(BIAS, BIAS).copy_from(&covariance);
+        prior
+            .fixed_view_mut::<6, 6>(BIAS, BIAS)
+            .copy_from(&covariance);
     }
 }

@@ -205,7 +205,10 @@ impl Settings {
                 return Err(Error::setting(name, value, "a number that is not negative"));
             }
         }
-        for (name, value) in [("refused_share", self.refused_share), ("gap_share", self.gap_share)] {
+        for (name, value) in [
+            ("refused_share", self.refused_share),
+            ("gap_share", self.gap_share),
+        ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(Error::setting(name, value, "0 .. 1"));
             }
