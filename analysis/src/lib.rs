@@ -15,13 +15,13 @@ pub mod experiment;
 mod listener;
 mod notes;
 pub mod observability;
-mod rounding;
 pub mod run_report;
 mod sensor_source;
+mod words;
 
 pub use calibrator::Calibrator;
 pub use error::Error;
 pub use listener::Listener;
 pub use notes::Notes;
-pub use rounding::significant;
 pub use sensor_source::SensorSource;
+pub use words::significant;

@@ -1,139 +1,42 @@
-//! The runs of `compare`: which cases there are, and how their work is spread over the cores.
+//! The runs of `compare`, and how their work is spread over the cores.
 
 use std::sync::Mutex;
 
 use rayon::prelude::*;
 use sins::{
-    simulation::{NoiseReading, Ship},
-    studies::monte_carlo::{MonteCarlo, RunResult, Statistics, TrueErrors, Voyage, VoyageTrack},
+    simulation::Ship,
+    studies::monte_carlo::{MonteCarlo, Statistics, TrueErrors},
     studies::observability::{
         Setting,
         bound::{self, BoundPoint},
     },
-    table::scheme::{Program, Scheme},
-    table::{Axis, Turntable},
 };
 
+use super::{
+    cases::Case,
+    voyages::{self, VOYAGE_H, VoyageStatistics},
+};
 use crate::Listener;
 
 /// Runs worked in lockstep on one truth. A constant, so that sums do not depend on the number of cores.
 const BATCH: u64 = 5;
+
 /// Batches at hand at a time: memory does not grow with the number of runs.
 const WINDOW: usize = 16;
+
 /// Runs whose traces are drawn.
 const TRACES: usize = 6;
+
 /// Time between snapshots \[s\].
 const SNAPSHOT_S: f64 = 60.0;
+
 /// Headings of the sweep \[deg\].
 pub const SWEEP_DEG: [f64; 13] = [
     0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 105.0, 120.0, 135.0, 150.0, 165.0, 180.0,
 ];
-/// Points of a voyage's track \[s\].
-pub const TRACK_S: f64 = 300.0;
+
 /// Samples a second in the calibrations before the voyages: what they find does not depend on it.
 pub const VOYAGE_CALIBRATION_HZ: f64 = 20.0;
-/// Lengths of the voyages \[h\].
-pub const VOYAGE_H: [f64; 2] = [24.0, 72.0];
-/// Turns of the ship before them \[deg\].
-pub const TURNS_DEG: [f64; 2] = [0.0, 90.0];
-
-/// The paper's three simulations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Simulation {
-    /// At rest.
-    Static,
-    /// Eight positions about x and y.
-    Xy,
-    /// The same about y and z.
-    Yz,
-}
-
-impl Simulation {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Static, Self::Xy, Self::Yz];
-
-    /// Its scheme.
-    pub fn scheme(self) -> Scheme {
-        match self {
-            Self::Static => Scheme::stationary(),
-            Self::Xy => Scheme::eight_position(),
-            Self::Yz => Scheme::eight_position_yz(),
-        }
-    }
-
-    /// What the paper calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static",
-            Self::Xy => "x-y",
-            Self::Yz => "y-z",
-        }
-    }
-
-    /// The tables it runs on, the default one first.
-    pub fn tables(self) -> Vec<Turntable> {
-        let of = |outer, inner| Turntable { outer, inner };
-        match self {
-            Self::Static => vec![Turntable::default()],
-            Self::Xy => vec![of(Axis::X, Axis::Y), of(Axis::Y, Axis::X)],
-            Self::Yz => vec![of(Axis::Y, Axis::Z), of(Axis::Z, Axis::Y)],
-        }
-    }
-}
-
-/// One simulation on one table under one reading of the noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
-    /// Which of the three.
-    pub simulation: Simulation,
-    /// Its table.
-    pub table: Turntable,
-    /// Noise.
-    pub reading: NoiseReading,
-}
-
-impl Case {
-    /// Every case: simulation, reading, gimbal order.
-    pub fn all() -> Vec<Self> {
-        let mut cases = Vec::new();
-        for reading in [NoiseReading::D, NoiseReading::H] {
-            for simulation in Simulation::ALL {
-                for table in simulation.tables() {
-                    cases.push(Self {
-                        simulation,
-                        table,
-                        reading,
-                    });
-                }
-            }
-        }
-        cases
-    }
-
-    /// Whether the table is the one that the simulation runs on by default.
-    pub fn has_default_table(self) -> bool {
-        self.table == self.simulation.tables()[0]
-    }
-
-    /// Its name in tables and files.
-    pub fn name(self) -> String {
-        match self.simulation {
-            Simulation::Static => format!("{} static", self.reading.letter()),
-            other => format!(
-                "{} {}, outer {} inner {}",
-                self.reading.letter(),
-                other.name(),
-                self.table.outer,
-                self.table.inner
-            ),
-        }
-    }
-
-    /// The program on its table.
-    pub fn program(self) -> Result<Program, sins::Error> {
-        self.simulation.scheme().program(self.table)
-    }
-}
 
 /// What the campaign is to do.
 #[derive(Clone, Copy, Debug)]
@@ -150,87 +53,6 @@ pub struct Plan {
     pub ship: Ship,
     /// Whether voyages are made.
     pub voyages: bool,
-}
-
-/// Position errors of many voyages.
-#[derive(Clone, Debug, Default)]
-pub struct VoyageStatistics {
-    /// Since the ship lay still \[s\].
-    pub times_s: Vec<f64>,
-    /// Sums of squares \[m²\]: with the calibration and without.
-    squares: [Vec<f64>; 2],
-    /// The greatest of all runs \[m\].
-    pub greatest: [Vec<f64>; 2],
-    /// Every run's greatest error \[m\], up to each of [`VOYAGE_H`], with and without: 32 bytes a run, for the median.
-    pub runs: Vec<[[f64; 2]; 2]>,
-}
-
-impl VoyageStatistics {
-    fn add(&mut self, track: &VoyageTrack) {
-        if self.times_s.is_empty() {
-            self.times_s.clone_from(&track.times_s);
-            self.squares = [
-                vec![0.0; track.times_s.len()],
-                vec![0.0; track.times_s.len()],
-            ];
-            self.greatest.clone_from(&self.squares);
-        }
-        for (k, errors) in [&track.compensated_m, &track.uncompensated_m]
-            .into_iter()
-            .enumerate()
-        {
-            for (i, error) in errors.iter().enumerate() {
-                self.squares[k][i] += error * error;
-                self.greatest[k][i] = self.greatest[k][i].max(*error);
-            }
-        }
-        self.runs
-            .push(VOYAGE_H.map(|h| track.greatest_m(h * 3600.0)));
-    }
-
-    fn merge(&mut self, later: Self) {
-        if self.times_s.is_empty() {
-            *self = later;
-            return;
-        }
-        for k in 0..2 {
-            for i in 0..self.times_s.len() {
-                self.squares[k][i] += later.squares[k][i];
-                self.greatest[k][i] = self.greatest[k][i].max(later.greatest[k][i]);
-            }
-        }
-        self.runs.extend(later.runs);
-    }
-
-    /// Root mean square error over the runs at every time \[m\], with the calibration (0) or without (1).
-    pub fn rms(&self, which: usize) -> Vec<f64> {
-        let runs = self.runs.len().max(1) as f64;
-        self.squares[which]
-            .iter()
-            .map(|s| (s / runs).sqrt())
-            .collect()
-    }
-
-    /// Median over the runs of the greatest error up to `VOYAGE_H[length]` \[m\].
-    pub fn median_greatest(&self, length: usize, which: usize) -> f64 {
-        let mut values: Vec<f64> = self.runs.iter().map(|run| run[length][which]).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-    }
-
-    /// Root mean square over the runs of the greatest error up to `VOYAGE_H[length]` \[m\].
-    pub fn rms_greatest(&self, length: usize, which: usize) -> f64 {
-        let sum: f64 = self.runs.iter().map(|run| run[length][which].powi(2)).sum();
-        (sum / self.runs.len().max(1) as f64).sqrt()
-    }
-
-    /// The greatest error of any run up to `VOYAGE_H[length]` \[m\].
-    pub fn worst(&self, length: usize, which: usize) -> f64 {
-        self.runs
-            .iter()
-            .map(|run| run[length][which])
-            .fold(f64::NAN, f64::max)
-    }
 }
 
 /// What became of a case.
@@ -365,10 +187,10 @@ impl Plan {
             if let Some(error) = failed.lock().ok().and_then(|mut slot| slot.take()) {
                 return Err(error);
             }
-            for (statistics, [voyages, drawn]) in done.into_iter().flatten() {
+            for (statistics, [table_1, drawn]) in done.into_iter().flatten() {
                 result.statistics.merge(statistics, TRACES);
-                merge(&mut result.voyages, voyages);
-                merge(&mut result.drawn_voyages, drawn);
+                voyages::merge(&mut result.voyages, table_1);
+                voyages::merge(&mut result.drawn_voyages, drawn);
             }
         }
         Ok(result)
@@ -387,7 +209,7 @@ impl Plan {
             statistics.add(run, TRACES);
         }
         listener.advance(runs.len() as u64);
-        let mut voyages = [Vec::new(), Vec::new()];
+        let mut sailed = [Vec::new(), Vec::new()];
         if self.voyages_of(case) {
             // The paper's picture is that of an IMU with the errors of Table 1, whose axes are all alike; IMUs with drawn errors
             // show what that hides.
@@ -397,40 +219,10 @@ impl Plan {
                 ..monte_carlo.clone()
             };
             table_1.plant.imu_rate_hz = self.rate_hz.min(VOYAGE_CALIBRATION_HZ);
-            voyages[0] = sail(case, &table_1.run(batch)?, VOYAGE_H[1])?;
-            voyages[1] = sail(case, &runs, VOYAGE_H[0])?;
+            sailed[0] = voyages::sail(case, &table_1.run(batch)?, VOYAGE_H[1])?;
+            sailed[1] = voyages::sail(case, &runs, VOYAGE_H[0])?;
             listener.advance(runs.len() as u64);
         }
-        Ok((statistics, voyages))
-    }
-}
-
-/// Voyages of all these runs, by the turns of [`TURNS_DEG`].
-fn sail(case: Case, runs: &[RunResult], hours: f64) -> Result<Vec<VoyageStatistics>, sins::Error> {
-    TURNS_DEG
-        .iter()
-        .map(|turn_deg| {
-            let voyage = Voyage {
-                turn_rad: turn_deg.to_radians(),
-                duration_s: hours * 3600.0,
-                noise: case.reading.density(),
-                every_s: TRACK_S,
-            };
-            let mut sum = VoyageStatistics::default();
-            for run in runs {
-                sum.add(&voyage.sail(&run.departure())?);
-            }
-            Ok(sum)
-        })
-        .collect()
-}
-
-fn merge(sums: &mut Vec<VoyageStatistics>, later: Vec<VoyageStatistics>) {
-    if sums.is_empty() {
-        *sums = later;
-        return;
-    }
-    for (sum, later) in sums.iter_mut().zip(later) {
-        sum.merge(later);
+        Ok((statistics, sailed))
     }
 }

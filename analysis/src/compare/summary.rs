@@ -1,21 +1,19 @@
-//! The results of `compare` as JSON, and as a short text that can stand in a repository.
-
-use std::fmt::Write;
+//! The results of `compare` as JSON.
 
 use serde::Serialize;
 use sins::{
-    estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATE_NAMES, STATES},
-    studies::monte_carlo::{CALIBRATED, mean_nees_bounds},
+    estimation::error_state::{MISALIGNMENT, STATE_NAMES},
+    studies::monte_carlo::{CALIBRATED, Point, mean_nees_bounds},
     studies::observability::bound::settled_s,
-    units::NAUTICAL_MILE_M,
 };
 
 use super::{
-    campaign::{Campaign, CaseResult, TURNS_DEG, VOYAGE_H},
+    CONFIDENCE,
+    campaign::{Campaign, CaseResult},
     claims::Claim,
-    figures::{CONFIDENCE, GROUPS, threshold_applies},
+    figures::{GROUPS, threshold_applies},
+    voyages::{TURNS_DEG, VOYAGE_H},
 };
-use crate::significant;
 
 /// Everything in SI.
 #[derive(Serialize)]
@@ -127,16 +125,16 @@ fn case(result: &CaseResult) -> CaseReport {
         reading: result.case.reading.letter(),
         outer_axis: result.case.table.outer.to_string(),
         inner_axis: result.case.table.inner.to_string(),
-        rms_error: of(end.map(sins::studies::monte_carlo::Point::rms)),
-        sigma: of(end.map(sins::studies::monte_carlo::Point::sigma)),
-        rms_over_sigma: of(end.map(sins::studies::monte_carlo::Point::rms_over_sigma)),
-        mean_nees: end.and_then(sins::studies::monte_carlo::Point::mean_nees),
+        rms_error: of(end.map(Point::rms)),
+        sigma: of(end.map(Point::sigma)),
+        rms_over_sigma: of(end.map(Point::rms_over_sigma)),
+        mean_nees: end.and_then(Point::mean_nees),
         time_s: result.statistics.points.iter().map(|p| p.time_s).collect(),
         mean_nees_over_time: result
             .statistics
             .points
             .iter()
-            .map(sins::studies::monte_carlo::Point::mean_nees)
+            .map(Point::mean_nees)
             .collect(),
         settled_h: settled_h(result).to_vec(),
         voyages: result
@@ -168,99 +166,4 @@ fn case(result: &CaseResult) -> CaseReport {
             })
             .collect(),
     }
-}
-
-/// A short text with the figures that a review wants to see change.
-pub fn text(campaign: &Campaign, claims: &[Claim], command: &str) -> String {
-    let mut text = format!("{command}\n\n");
-    let labels: Vec<_> = STATE_LABELS[MISALIGNMENT..STATES].iter().collect();
-    let line = |name: &str, cells: Vec<String>| {
-        let mut text = format!("{name:<16}");
-        for cell in cells {
-            write!(text, "{cell:>10}").ok();
-        }
-        text.push('\n');
-        text
-    };
-    for result in &campaign.cases {
-        let Some(end) = result.statistics.end() else {
-            continue;
-        };
-        writeln!(text, "{}", result.case.name()).ok();
-        text += &line("", labels.iter().map(|l| l.symbol.to_owned()).collect());
-        text += &line("", labels.iter().map(|l| l.unit.to_owned()).collect());
-        let scaled = |values: nalgebra::SVector<f64, CALIBRATED>| {
-            values
-                .iter()
-                .zip(&labels)
-                .map(|(v, l)| significant(v / l.scale))
-                .collect()
-        };
-        text += &line("rms error", scaled(end.rms()));
-        text += &line("sigma", scaled(end.sigma()));
-        text += &line(
-            "rms / sigma",
-            end.rms_over_sigma()
-                .iter()
-                .map(|v| format!("{v:.2}"))
-                .collect(),
-        );
-        text += &line(
-            "found after, h",
-            settled_h(result)
-                .iter()
-                .map(|t| t.map_or_else(|| "-".to_owned(), |t| format!("{t:.2}")))
-                .collect(),
-        );
-        let [low, high] = mean_nees_bounds(campaign.plan.runs, CONFIDENCE);
-        if let Some(nees) = end.mean_nees() {
-            writeln!(text, "mean NEES {nees:.2} (bounds {low:.2} .. {high:.2})").ok();
-        }
-        for (voyages, turn) in result.voyages.iter().zip(TURNS_DEG) {
-            for (length, hours) in VOYAGE_H.into_iter().enumerate() {
-                let nmi = |metres: f64| metres / NAUTICAL_MILE_M;
-                writeln!(
-                    text,
-                    "position error, {hours:.0} h, turned by {turn:.0} deg: median {:.2} nmi, worst {:.2}; without compensation {:.2}, {:.2}",
-                    nmi(voyages.median_greatest(length, 0)),
-                    nmi(voyages.worst(length, 0)),
-                    nmi(voyages.median_greatest(length, 1)),
-                    nmi(voyages.worst(length, 1)),
-                )
-                .ok();
-            }
-        }
-        for (voyages, turn) in result.drawn_voyages.iter().zip(TURNS_DEG) {
-            let nmi = |metres: f64| metres / NAUTICAL_MILE_M;
-            writeln!(
-                text,
-                "position error, drawn errors, {:.0} h, turned by {turn:.0} deg: rms {:.2} nmi, worst {:.2}; without compensation {:.2}, {:.2}",
-                VOYAGE_H[0],
-                nmi(voyages.rms_greatest(0, 0)),
-                nmi(voyages.worst(0, 0)),
-                nmi(voyages.rms_greatest(0, 1)),
-                nmi(voyages.worst(0, 1)),
-            )
-            .ok();
-        }
-        text.push('\n');
-    }
-    text += "Claims of the paper\n";
-    for claim in claims {
-        writeln!(text, "{:<14} {}", claim.verdict, claim.text).ok();
-        for f in &claim.findings {
-            let range = if f.range.is_empty() {
-                String::new()
-            } else {
-                format!(" ({})", f.range)
-            };
-            writeln!(
-                text,
-                "    {} {:<44} {}{range} {}: {}",
-                f.reading, f.setting, f.first, claim.unit, f.holds
-            )
-            .ok();
-        }
-    }
-    text
 }

@@ -5,10 +5,7 @@ use rotary_sins_msgs::{
     Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
     diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
 };
-use sins::{
-    earth::Position, machines::self_calibration::Event, mechanization::odometry::offset_m,
-    time::Stamp,
-};
+use sins::{earth::Position, machines::self_calibration::Event, time::Stamp};
 
 use super::{
     diagnostics::Diagnostics,
@@ -342,12 +339,7 @@ impl Gathering<'_> {
                         longitude_rad: truth.longitude_deg.to_radians(),
                         height_m: truth.height_m,
                     };
-                    let offset = offset_m(
-                        &origin,
-                        place.latitude_rad,
-                        place.longitude_rad,
-                        place.height_m,
-                    );
+                    let offset = origin.offset_m(&place);
                     run.fixes[which].push(fix.header.stamp.into(), offset.x.hypot(offset.y));
                 }
             }

@@ -1,12 +1,12 @@
 //! How the messages of each topic come: rate, gaps, first and last.
 
 use bags::{RawMessage, Topic};
-use ros_node::StreamMonitor;
 use rotary_sins_msgs::{KnownType, known_type};
 use sins::{
     stream::order::{Follows, Ordered, StampOrder},
     time::Stamp,
 };
+use stream_monitor::StreamMonitor;
 
 /// Gaps of one topic that are listed.
 const LISTED: usize = 20;

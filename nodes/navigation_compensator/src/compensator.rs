@@ -14,7 +14,7 @@ use sins::earth::Position;
 use sins::machines::navigator::{
     Navigator, NavigatorEvent, NavigatorOutput, NavigatorPhase, Solution,
 };
-use sins::mechanization::odometry::vehicle_motion;
+use sins::machines::odometry::vehicle_motion;
 use sins::sensor::sample::ImuSample;
 use sins::table::JointSample;
 use sins::{Error, Stamp};

@@ -9,7 +9,7 @@ use sins::Stamp;
 use sins::earth::rotation::{HeadingPitchRoll, base_link_to_block};
 use sins::estimation::error_state::MISALIGNMENT;
 use sins::machines::navigator::Solution;
-use sins::mechanization::odometry::VehicleMotion;
+use sins::machines::odometry::VehicleMotion;
 
 /// Parameters of this part.
 pub fn declarations() -> Vec<Parameter> {

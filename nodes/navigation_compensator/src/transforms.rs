@@ -7,7 +7,6 @@ use sins::Stamp;
 use sins::earth::Position;
 use sins::earth::frames::{Frame, map_in_earth};
 use sins::machines::navigator::Solution;
-use sins::mechanization::odometry::offset_m;
 use sins::table::Turntable;
 use sins::table::links::table_links;
 
@@ -43,12 +42,7 @@ pub fn moving(
     if let Some((solution, origin)) = ship {
         let n = &solution.navigation;
         let frame = Frame {
-            translation: offset_m(
-                origin,
-                n.position.latitude_rad,
-                n.position.longitude_rad,
-                n.position.height_m,
-            ),
+            translation: origin.offset_m(&n.position),
             rotation: solution.base_link,
         };
         transforms.push(transform(stamp, odometry_frame, base_frame, &frame));

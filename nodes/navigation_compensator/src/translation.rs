@@ -11,8 +11,8 @@ use sins::Stamp;
 use sins::earth::Position;
 use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, STATES, StateMatrix};
 use sins::machines::navigator::Solution;
+use sins::machines::odometry::{UNKNOWN_VARIANCE, VehicleMotion, pose_covariance};
 use sins::machines::self_calibration::{Calibration, Phase};
-use sins::mechanization::odometry::{UNKNOWN_VARIANCE, VehicleMotion, offset_m, pose_covariance};
 use sins::sensor::errors::SensorErrors;
 use sins::sensor::sample::ImuSample;
 
@@ -141,12 +141,7 @@ pub fn odometry(
     frames: [&str; 2],
 ) -> Odometry {
     let navigation = &solution.navigation;
-    let offset = offset_m(
-        origin,
-        navigation.position.latitude_rad,
-        navigation.position.longitude_rad,
-        navigation.position.height_m,
-    );
+    let offset = origin.offset_m(&navigation.position);
     let mut message = Odometry {
         header: Header::new(stamp, frames[0]),
         child_frame_id: frames[1].to_owned(),

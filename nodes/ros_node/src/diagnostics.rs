@@ -11,7 +11,7 @@ use rotary_sins_msgs::std_msgs::Header;
 use crate::clock::Clock;
 use crate::lifecycle::Gate;
 use crate::publisher::Publisher;
-use crate::stream_monitor::StreamMonitor;
+use stream_monitor::StreamMonitor;
 
 /// Wall time between two reports.
 const PERIOD: Duration = Duration::from_secs(1);

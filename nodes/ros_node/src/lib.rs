@@ -91,7 +91,6 @@ mod ros_args;
 mod run;
 mod service;
 mod shutdown;
-mod stream_monitor;
 mod subscription;
 mod type_description;
 mod yaml;

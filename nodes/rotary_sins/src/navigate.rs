@@ -7,9 +7,11 @@ use bags::Sample;
 use clap::Args;
 use serde::Serialize;
 use sins::{
-    earth::LocalEarth,
     earth::Position,
-    machines::navigator::{Navigator, NavigatorEvent, NavigatorOutput, NavigatorSettings},
+    machines::{
+        navigator::{Navigator, NavigatorEvent, NavigatorOutput, NavigatorSettings},
+        odometry::pose_covariance,
+    },
     mechanization::strapdown::NavigationState,
     units::NAUTICAL_MILE_M,
 };
@@ -66,20 +68,9 @@ struct Distance {
 
 impl Distance {
     fn take(&mut self, state: &NavigationState, fix: &Position) {
-        self.last = distance_m(state, fix) / NAUTICAL_MILE_M;
+        self.last = fix.offset_m(&state.position).xy().norm() / NAUTICAL_MILE_M;
         self.largest = self.largest.max(self.last);
     }
-}
-
-/// Distance over ground \[m\], by the radii of curvature where the fix is.
-fn distance_m(state: &NavigationState, fix: &Position) -> f64 {
-    let earth = LocalEarth::at(fix.latitude_rad, fix.height_m);
-    let turn = std::f64::consts::TAU;
-    let longitude = (state.position.longitude_rad - fix.longitude_rad + turn / 2.0)
-        .rem_euclid(turn)
-        - turn / 2.0;
-    let north = (state.position.latitude_rad - fix.latitude_rad) * earth.meridian_radius_m;
-    north.hypot(longitude * earth.transverse_radius_m * earth.cos_latitude)
 }
 
 /// What of the navigator's events a person should know.
@@ -193,19 +184,13 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         bag.path().display()
     );
     let counts = navigator.stream().counts();
-    let covariance = &last.compensated.covariance;
-    let earth = LocalEarth::at(
-        last.compensated.navigation.position.latitude_rad,
-        last.compensated.navigation.position.height_m,
-    );
-    let north = covariance[(0, 0)] * earth.meridian_radius_m.powi(2);
-    let east = covariance[(1, 1)] * (earth.transverse_radius_m * earth.cos_latitude).powi(2);
+    let pose = pose_covariance(&last.compensated);
     let report = Report {
         max_position_error_nmi: with.largest,
         max_position_error_uncompensated_nmi: without.largest,
         final_position_error_nmi: with.last,
         final_position_error_uncompensated_nmi: without.last,
-        position_std_nmi: (north + east).max(0.0).sqrt() / NAUTICAL_MILE_M,
+        position_std_nmi: (pose[(0, 0)] + pose[(1, 1)]).sqrt() / NAUTICAL_MILE_M,
         alignment_s: first.stamp.seconds_since(start),
         navigation_s: last.stamp.seconds_since(first.stamp),
         fixes,

@@ -1,7 +1,9 @@
 //! A place on the earth.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::LocalEarth;
 use crate::error::Error;
 
 /// Beyond this latitude a local-level frame has no usable north \[deg\].
@@ -53,6 +55,24 @@ impl Position {
         }
         Ok(self)
     }
+
+    /// Offset (E, N, U) \[m\] of another position from this one: distances along the ellipsoid with the radii half way, so that
+    /// they serve as position errors too. Longitude may be wrapped or not.
+    pub fn offset_m(&self, to: &Self) -> Vector3<f64> {
+        let middle = LocalEarth::at(
+            0.5 * (self.latitude_rad + to.latitude_rad),
+            0.5 * (self.height_m + to.height_m),
+        );
+        let mut turn = to.longitude_rad - self.longitude_rad;
+        if turn.abs() > std::f64::consts::PI {
+            turn -= std::f64::consts::TAU.copysign(turn);
+        }
+        Vector3::new(
+            turn * middle.transverse_radius_m * middle.cos_latitude,
+            (to.latitude_rad - self.latitude_rad) * middle.meridian_radius_m,
+            to.height_m - self.height_m,
+        )
+    }
 }
 
 /// Heights at which a ship, a truck or an aircraft on the ground may be \[m\].
@@ -77,5 +97,30 @@ mod tests {
             let position = Position::from_degrees(latitude, longitude, height);
             assert_eq!(position.checked().is_ok(), good, "{position:?}");
         }
+    }
+
+    /// A minute of latitude is a nautical mile, give or take; longitude wraps.
+    #[test]
+    fn offsets_are_distances() {
+        let origin = Position {
+            latitude_rad: 0.8,
+            longitude_rad: 3.1,
+            height_m: 10.0,
+        };
+        let minute = (1.0 / 60.0f64).to_radians();
+        let north = origin.offset_m(&Position {
+            latitude_rad: origin.latitude_rad + minute,
+            ..origin
+        });
+        assert!((north.y - 1852.0).abs() < 5.0 && north.x == 0.0, "{north}");
+        let west = origin.offset_m(&Position {
+            longitude_rad: origin.longitude_rad + std::f64::consts::TAU - minute,
+            height_m: 12.0,
+            ..origin
+        });
+        assert!(
+            (west.x + 1855.0 * 0.8f64.cos()).abs() < 5.0 && west.z == 2.0,
+            "{west}"
+        );
     }
 }

@@ -202,7 +202,8 @@ mod tests {
     use super::*;
     use crate::earth::Position;
     use crate::earth::rotation::{HeadingPitchRoll, small_rotation};
-    use crate::mechanization::strapdown::{Increment, NavigationState, Strapdown};
+    use crate::mechanization::strapdown::{NavigationState, Strapdown};
+    use crate::sensor::Increment;
 
     /// Error of a perturbed navigation state against a true one, by the definitions of the states.
     fn error_of(computed: &NavigationState, truth: &NavigationState) -> StateVector {

@@ -7,7 +7,8 @@ use super::error_state::{
     VELOCITY,
 };
 use super::kalman::{Innovation, Kalman};
-use crate::mechanization::strapdown::{Increment, NavigationState, Strapdown};
+use crate::mechanization::strapdown::{NavigationState, Strapdown};
+use crate::sensor::Increment;
 use crate::sensor::sample::NoiseDensity;
 pub use crate::sensor::velocity::VelocityMeasurement;
 

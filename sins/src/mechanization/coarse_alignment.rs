@@ -12,7 +12,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use crate::earth::rotation::small_rotation;
 use crate::earth::{EARTH_RATE_RAD_S, LocalEarth};
 use crate::error::Error;
-use crate::mechanization::strapdown::{Increment, IncrementCorrector};
+use crate::mechanization::strapdown::IncrementCorrector;
+use crate::sensor::Increment;
 
 /// Time between the pairs that enter the least squares \[s\].
 const PAIR_INTERVAL_S: f64 = 1.0;

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::earth::rotation::small_rotation;
 use crate::earth::{LocalEarth, Position};
-pub use crate::sensor::increment::Increment;
+use crate::sensor::Increment;
 
 /// The earth is computed anew when the latitude has moved by this much \[rad\] (6 mm; 1e-7 deg/h of earth rate).
 const LATITUDE_STEP_RAD: f64 = 1e-9;

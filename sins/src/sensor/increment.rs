@@ -1,4 +1,4 @@
-//! What the sensors gathered over one sampling interval.
+//! What the mechanization is fed: integrals over a sampling interval.
 
 use nalgebra::Vector3;
 

@@ -10,7 +10,6 @@ use rotary_sins_msgs::nav_msgs::Odometry;
 use rotary_sins_msgs::sensor_msgs::NavSatFix;
 use rotary_sins_msgs::{Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate};
 use sins::earth::Position;
-use sins::mechanization::odometry::offset_m;
 
 /// Consumers whose diagnostics count samples.
 pub const CONSUMERS: [&str; 2] = ["self_calibrator", "navigation_compensator"];
@@ -98,12 +97,7 @@ impl Seen {
             height_m: truth.height_m,
         };
         let position = fix.position()?;
-        let offset = offset_m(
-            &origin,
-            position.latitude_rad,
-            position.longitude_rad,
-            position.height_m,
-        );
+        let offset = origin.offset_m(&position);
         Some(offset.x.hypot(offset.y))
     }
 }

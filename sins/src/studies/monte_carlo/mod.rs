@@ -19,7 +19,8 @@ use crate::estimation::error_state::{
 };
 use crate::estimation::filter::{ErrorFilter, InitialUncertainty, Loop, VelocityMeasurement};
 use crate::machines::self_calibration::{Calibration, Phase};
-use crate::mechanization::strapdown::{Increment, NavigationState};
+use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::Increment;
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{

@@ -1,4 +1,6 @@
 //! Watches the stamps of a sampled stream: rate, gaps, repeated and backward stamps.
+//!
+//! It stands on nothing, so that a node and the report on a recording count alike.
 
 use std::collections::VecDeque;
 
@@ -13,7 +15,7 @@ const GAP_FACTOR: f64 = 1.5;
 /// rate. A gap is an interval longer than 1.5 times the usual one.
 ///
 /// ```
-/// let mut monitor = ros_node::StreamMonitor::default();
+/// let mut monitor = stream_monitor::StreamMonitor::default();
 /// for k in [0, 1, 2, 3, 4, 7, 8, 8] {
 ///     monitor.ingest(k * 10_000_000);
 /// }

@@ -1,10 +1,9 @@
-//! A solution of the navigator as seen from a point on the map: offsets in metres, the motion of the ship in her own axes,
-//! and the covariances of both.
+//! A solution of the navigator as a map and a ship's instruments want it: the covariance of the pose in metres, and the motion
+//! of the ship in her own axes.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3};
 
 use crate::earth::LocalEarth;
-use crate::earth::Position;
 use crate::earth::rotation::base_link_to_block;
 use crate::estimation::error_state::{LATITUDE, LONGITUDE, MISALIGNMENT, STATES, VELOCITY};
 use crate::machines::navigator::Solution;
@@ -12,24 +11,6 @@ use crate::table::{JointSample, Turntable};
 
 /// Variance of what the system does not estimate at all: height \[m²\], vertical velocity \[m²/s²\].
 pub const UNKNOWN_VARIANCE: f64 = 1e6;
-
-/// Position (E, N, U) \[m\] relative to `origin`: distances along the ellipsoid with the radii half way, so that they serve as
-/// position errors too.
-pub fn offset_m(origin: &Position, latitude: f64, longitude: f64, height: f64) -> Vector3<f64> {
-    let middle = LocalEarth::at(
-        0.5 * (origin.latitude_rad + latitude),
-        0.5 * (origin.height_m + height),
-    );
-    let mut turn = longitude - origin.longitude_rad;
-    if turn.abs() > std::f64::consts::PI {
-        turn -= std::f64::consts::TAU.copysign(turn);
-    }
-    Vector3::new(
-        turn * middle.transverse_radius_m * middle.cos_latitude,
-        (latitude - origin.latitude_rad) * middle.meridian_radius_m,
-        height - origin.height_m,
-    )
-}
 
 /// Covariance of the pose in the local frame: E, N, U \[m\] and the rotations about E, N, U \[rad\].
 ///
@@ -110,6 +91,7 @@ pub fn vehicle_motion(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::earth::Position;
     use crate::earth::rotation::HeadingPitchRoll;
     use crate::estimation::error_state::StateMatrix;
     use crate::mechanization::strapdown::NavigationState;
@@ -132,40 +114,13 @@ mod tests {
             navigation: NavigationState {
                 attitude: ship * table,
                 velocity: Vector3::new(1.0, 2.0, 0.0),
-                position: Position {
-                    latitude_rad: ORIGIN.latitude_rad,
-                    longitude_rad: ORIGIN.longitude_rad,
-                    height_m: ORIGIN.height_m,
-                },
+                position: ORIGIN,
             },
             base_link: ship * base_link_to_block(),
             angular_rate: rate,
             specific_force: Vector3::zeros(),
             covariance: StateMatrix::from_diagonal_element(4.0),
         }
-    }
-
-    /// A minute of latitude is a nautical mile, give or take; longitude wraps.
-    #[test]
-    fn offsets_are_distances() {
-        let minute = (1.0 / 60.0f64).to_radians();
-        let north = offset_m(
-            &ORIGIN,
-            ORIGIN.latitude_rad + minute,
-            ORIGIN.longitude_rad,
-            10.0,
-        );
-        assert!((north.y - 1852.0).abs() < 5.0 && north.x == 0.0, "{north}");
-        let west = offset_m(
-            &ORIGIN,
-            0.8,
-            ORIGIN.longitude_rad + std::f64::consts::TAU - minute,
-            12.0,
-        );
-        assert!(
-            (west.x + 1855.0 * 0.8f64.cos()).abs() < 5.0 && west.z == 2.0,
-            "{west}"
-        );
     }
 
     /// Position in metres takes the radii; the vertical is unknown; rotations take the misalignment.
