@@ -187,7 +187,7 @@ impl Gathering<'_> {
         if let Some(sample) = source.first_position(self.bag, self.topics.sensors.fix)?
             && let Some(calibrator) = &mut self.calibrator
         {
-            calibrator.ingest(&sample).map_err(Error::Position)?;
+            calibrator.push(&sample).map_err(Error::Position)?;
         }
         if options.start_offset.is_some() {
             self.latched_truth()?;
