@@ -56,7 +56,7 @@ impl Notes {
                 ));
             }
             Event::AlignmentFailed { reason, .. } => {
-                self.hold(format!("{topic}: coarse alignment: {reason}"));
+                self.hold(format!("{topic}: {reason}"));
             }
             Event::Estimate(_) | Event::PhaseChanged { .. } | Event::HoleCrossed { .. } => {}
         }

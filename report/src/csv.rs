@@ -1,116 +1,56 @@
 //! The data of a figure as a table.
 
-use std::borrow::Cow;
-use std::fmt::Write;
+use std::io;
 
-use crate::Figure;
+use csv::{IntoInnerError, Writer, WriterBuilder};
+
+use crate::{Error, Figure};
+
+/// What a row has of value, lower, upper.
+type Values = [Option<f64>; 3];
 
 /// One row a point: panels and series need not share their x.
-pub(crate) fn long_form(figure: &Figure) -> String {
-    let mut out = String::new();
+pub(crate) fn long_form(figure: &Figure) -> Result<String, Error> {
+    let mut out = WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
     let x = figure.x.title();
-    row(
-        &mut out,
-        &[
-            "panel", "kind", "series", &x, "value", "lower", "upper", "unit",
-        ],
-    );
+    out.write_record([
+        "panel", "kind", "series", &x, "value", "lower", "upper", "unit",
+    ])?;
     for panel in &figure.panels {
-        let (name, unit) = (
-            panel_name(&panel.title, &panel.y.label),
-            panel.y.unit.as_str(),
-        );
+        let name = if panel.title.is_empty() {
+            &panel.y.label
+        } else {
+            &panel.title
+        };
+        let unit = &panel.y.unit;
+        let mut row = |kind: &str, series: &str, x: Option<f64>, [value, lower, upper]: Values| {
+            out.serialize((name, kind, series, x, value, lower, upper, unit))
+        };
         for series in &panel.series {
             for &(x, y) in &series.points {
-                row(
-                    &mut out,
-                    &[
-                        name,
-                        "series",
-                        &series.name,
-                        &number(x),
-                        &number(y),
-                        "",
-                        "",
-                        unit,
-                    ],
-                );
+                row("series", &series.name, Some(x), [Some(y), None, None])?;
             }
         }
         for band in &panel.bands {
             for &(x, lower, upper) in &band.points {
-                row(
-                    &mut out,
-                    &[
-                        name,
-                        "band",
-                        &band.name,
-                        &number(x),
-                        "",
-                        &number(lower),
-                        &number(upper),
-                        unit,
-                    ],
-                );
+                let edges = [None, Some(lower), Some(upper)];
+                row("band", &band.name, Some(x), edges)?;
             }
         }
         for mark in &panel.vertical {
-            row(
-                &mut out,
-                &[
-                    name,
-                    "vertical",
-                    &mark.label,
-                    &number(mark.at),
-                    "",
-                    "",
-                    "",
-                    unit,
-                ],
-            );
+            row("vertical", &mark.label, Some(mark.at), [None; 3])?;
         }
         for mark in &panel.horizontal {
-            row(
-                &mut out,
-                &[
-                    name,
-                    "horizontal",
-                    &mark.label,
-                    "",
-                    &number(mark.at),
-                    "",
-                    "",
-                    unit,
-                ],
-            );
+            row("horizontal", &mark.label, None, [Some(mark.at), None, None])?;
         }
     }
-    out
+    finished(out)
 }
 
-fn panel_name<'a>(title: &'a str, label: &'a str) -> &'a str {
-    if title.is_empty() { label } else { title }
-}
-
-/// The shortest digits that give the same value again.
-fn number(value: f64) -> String {
-    format!("{value:?}")
-}
-
-fn row(out: &mut String, fields: &[&str]) {
-    for (i, field) in fields.iter().enumerate() {
-        let separator = if i == 0 { "" } else { "," };
-        // Writing to a String cannot fail.
-        let _ = write!(out, "{separator}{}", quoted(field));
-    }
-    out.push('\n');
-}
-
-/// RFC 4180.
-fn quoted(field: &str) -> Cow<'_, str> {
-    if field.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\"")).into()
-    } else {
-        field.into()
-    }
+fn finished(out: Writer<Vec<u8>>) -> Result<String, Error> {
+    let bytes = out.into_inner().map_err(IntoInnerError::into_error)?;
+    let text = String::from_utf8(bytes).map_err(io::Error::other)?;
+    Ok(text)
 }

@@ -1,26 +1,11 @@
 //! Curves made ready to be drawn: gaps, steps, cut to the window, no more points than the picture can show.
 
-/// A point on the drawn scale.
-pub(crate) type Point = (f64, f64);
+use crate::frame::{Point, Window};
+
 /// A point of a band: x, lower, upper.
 pub(crate) type Span = (f64, f64, f64);
-
-/// What a panel shows, on the drawn scale.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Window {
-    pub x: (f64, f64),
-    pub y: (f64, f64),
-}
-
-impl Window {
-    fn holds(&self, (x, y): Point) -> bool {
-        (self.x.0..=self.x.1).contains(&x) && (self.y.0..=self.y.1).contains(&y)
-    }
-
-    fn column(&self, x: f64, columns: f64) -> i64 {
-        ((x - self.x.0) / (self.x.1 - self.x.0) * columns) as i64
-    }
-}
+/// Distance of the places that stand for a line where a label looks for room.
+const EVERY: f64 = 12.0;
 
 /// The unbroken pieces between points that cannot be drawn.
 pub(crate) fn runs<T: Copy>(points: &[T], drawable: impl Fn(&T) -> bool) -> Vec<Vec<T>> {
@@ -122,6 +107,39 @@ pub(crate) fn thinned(run: &[Point], window: &Window, columns: usize) -> Vec<Poi
     out
 }
 
+/// The same line in fewer points (Ramer, 1972; Douglas and Peucker, 1973): none that is left out is further than `tolerance` from it.
+pub(crate) fn simplified(line: &[Point], tolerance: f64) -> Vec<Point> {
+    let mut keep = vec![false; line.len()];
+    let mut open = vec![(0, line.len().saturating_sub(1))];
+    while let Some((from, to)) = open.pop() {
+        for end in [from, to] {
+            if let Some(keep) = keep.get_mut(end) {
+                *keep = true;
+            }
+        }
+        let far = (from + 1..to).map(|i| (i, distance(line[i], line[from], line[to])));
+        let farthest = far.max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((middle, _)) = farthest.filter(|(_, far)| *far > tolerance) {
+            open.extend([(from, middle), (middle, to)]);
+        }
+    }
+    let kept = line.iter().zip(keep).filter(|(_, keep)| *keep);
+    kept.map(|(point, _)| *point).collect()
+}
+
+/// From a point to a segment.
+fn distance(point: Point, a: Point, b: Point) -> f64 {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let (px, py) = (point.0 - a.0, point.1 - a.1);
+    let square = dx * dx + dy * dy;
+    let share = if square > 0.0 {
+        ((px * dx + py * dy) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (px - share * dx).hypot(py - share * dy)
+}
+
 /// A band within the window: its outline along the lower edge and back along the upper.
 pub(crate) fn outline(run: &[Span], window: &Window, columns: usize) -> Option<Vec<Point>> {
     let mut spans: Vec<Span> = Vec::new();
@@ -129,7 +147,7 @@ pub(crate) fn outline(run: &[Span], window: &Window, columns: usize) -> Option<V
         let mut at: Vec<f64> = vec![0.0, 1.0];
         at.extend(crossings(pair[0], pair[1], window));
         at.sort_by(f64::total_cmp);
-        spans.extend(at.into_iter().map(|t| between(pair[0], pair[1], t)));
+        spans.extend(at.into_iter().map(|t| mixed(pair[0], pair[1], t)));
     }
     let slack = (window.x.1 - window.x.0) * 1e-9;
     spans.retain(|span| (window.x.0 - slack..=window.x.1 + slack).contains(&span.0));
@@ -159,6 +177,15 @@ pub(crate) fn outline(run: &[Span], window: &Window, columns: usize) -> Option<V
     (lower.len() >= 4).then_some(lower)
 }
 
+/// Places on a segment, its ends not among them.
+pub(crate) fn between(a: Point, b: Point) -> impl Iterator<Item = Point> {
+    let n = ((b.0 - a.0).abs().max((b.1 - a.1).abs()) / EVERY) as usize;
+    (1..=n).map(move |k| {
+        let share = k as f64 / (n + 1) as f64;
+        (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
+    })
+}
+
 /// Where, between two spans, an edge of the band meets an edge of the window.
 fn crossings(a: Span, b: Span, window: &Window) -> Vec<f64> {
     let lines = [
@@ -177,7 +204,7 @@ fn crossings(a: Span, b: Span, window: &Window) -> Vec<f64> {
         .collect()
 }
 
-fn between(a: Span, b: Span, t: f64) -> Span {
+fn mixed(a: Span, b: Span, t: f64) -> Span {
     if t <= 0.0 {
         return a;
     }
@@ -197,6 +224,7 @@ mod tests {
         y: (0.0, 1.0),
     };
 
+    /// What cannot be drawn parts what can.
     #[test]
     fn a_hole_parts_a_run() {
         let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 1.0), (3.0, 2.0)];
@@ -204,6 +232,7 @@ mod tests {
         assert_eq!(runs, [vec![(0.0, 1.0)], vec![(2.0, 1.0), (3.0, 2.0)]]);
     }
 
+    /// A step goes across first, then up.
     #[test]
     fn stairs_hold_their_value() {
         assert_eq!(
@@ -212,6 +241,7 @@ mod tests {
         );
     }
 
+    /// Ends of pieces lie on the edge of the window, where the segment crosses it.
     #[test]
     fn a_curve_is_cut_where_it_leaves_and_comes_back() {
         let pieces = cut(&[(0.0, 0.5), (2.0, 1.5), (4.0, 0.5), (5.0, 0.5)], &WINDOW);
@@ -229,6 +259,7 @@ mod tests {
         );
     }
 
+    /// A single extreme point of a hundred thousand stays, as do both ends.
     #[test]
     fn thinning_keeps_a_spike() {
         let mut run: Vec<_> = (0..100_000).map(|i| (f64::from(i) * 1e-4, 0.1)).collect();
@@ -242,6 +273,32 @@ mod tests {
         );
     }
 
+    /// Corners stay, what lies between them on a line goes, and nothing that went is further away than allowed.
+    #[test]
+    fn a_simplified_line_stays_close() {
+        let corner: Vec<_> = (0..=20)
+            .map(|i| (f64::from(i), (f64::from(i) - 10.0).abs()))
+            .collect();
+        let corners = [(0.0, 10.0), (10.0, 0.0), (20.0, 10.0)];
+        assert_eq!(simplified(&corner, 0.1), corners);
+        let wave: Vec<_> = (0..4000)
+            .map(|i| f64::from(i) * 0.2)
+            .map(|x| (x, 50.0 * (x * 0.1).sin()))
+            .collect();
+        let few = simplified(&wave, 0.1);
+        // At the crests a chord with a rise of 0.1 is 1.26 long, that is 6 points; halving may leave half of that.
+        assert!(few.len() <= wave.len() / 3, "{}", few.len());
+        let near = |point: &Point| {
+            few.windows(2)
+                .any(|pair| distance(*point, pair[0], pair[1]) <= 0.1)
+        };
+        assert!(wave.iter().all(near));
+        for short in [&wave[..0], &wave[..1], &wave[..2]] {
+            assert_eq!(simplified(short, 0.1), short);
+        }
+    }
+
+    /// A band is held to its window without losing corners within.
     #[test]
     fn a_band_stays_in_the_window() {
         let outline = outline(

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::{Error, chart, csv};
+use crate::{Error, csv, svg};
 
 /// Name and unit of an axis; the unit may be empty.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -64,7 +64,7 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
     pub line: Line,
-    /// Index into [`crate::palette::COLOURS`], and with it the shape of its markers.
+    /// Index into [`crate::palette`], and with it the shape of its markers.
     pub colour: usize,
     /// Whether the legend names it.
     pub in_legend: bool,
@@ -111,7 +111,7 @@ pub struct Band {
     pub name: String,
     /// Points (x, lower, upper), by ascending x.
     pub points: Vec<(f64, f64, f64)>,
-    /// Index into [`crate::palette::COLOURS`].
+    /// Index into [`crate::palette`].
     pub colour: usize,
 }
 
@@ -293,22 +293,24 @@ impl Figure {
         self
     }
 
-    /// The picture, as an SVG document that also stands in HTML as it is.
+    /// The picture, as an SVG document that stands alone.
+    ///
+    /// It needs neither scripts nor fonts, and turns dark where the reader's screen is.
     ///
     /// # Errors
-    /// [`Error::Chart`] if the figure has no panels, or if drawing fails.
+    /// [`Error::NoPanels`] if the figure has no panels.
     pub fn to_svg(&self) -> Result<String, Error> {
-        chart::svg(self).map_err(|reason| Error::Chart {
-            figure: self.id.clone(),
-            reason,
-        })
+        svg::svg(self, Some(svg::STYLE)).map(maud::PreEscaped::into_string)
     }
 
     /// What is drawn, as CSV: one row a point, with all digits of a value.
     ///
     /// Columns: panel, kind (`series`, `band`, `vertical`, `horizontal`), series, x with its unit, value, lower, upper, and the
     /// unit of the last three. A band has no value, a curve no lower and upper.
-    pub fn to_csv(&self) -> String {
+    ///
+    /// # Errors
+    /// [`Error::Csv`] if a row cannot be written.
+    pub fn to_csv(&self) -> Result<String, Error> {
         csv::long_form(self)
     }
 }

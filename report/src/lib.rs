@@ -22,27 +22,24 @@
 //! # }
 //! ```
 //!
-//! Charts are drawn by `plotters`, without its font support: sizes of text are estimated, nothing of the system is asked. Its SVG
-//! backend knows whole pixels only and no dash pattern for a path, so pictures are 2000 pixels wide, scaled by their `viewBox`,
-//! and dash patterns are put into the finished picture.
+//! Pictures are written as markup, as pages are (`docs/decisions/0001-figures-by-markup.md`): 1000 units wide, scaled by their
+//! `viewBox`, to a tenth of a unit. Sizes of text are estimated; nothing of the system is asked, so that the same figure always
+//! gives the same bytes.
 
-// Rows, columns and pixels of a picture are far from the ends of an i32.
-#![allow(clippy::cast_possible_wrap)]
-
-mod chart;
 mod csv;
 mod curve;
 mod error;
 mod figure;
-mod layout;
+mod frame;
+mod legend;
 mod marks;
 mod page;
 pub mod palette;
-mod pen;
 mod plan;
+mod svg;
 mod table;
+mod text;
 mod ticks;
-mod traces;
 
 pub use error::Error;
 pub use figure::{Axis, Band, Figure, Line, Mark, Panel, Scale, Series};

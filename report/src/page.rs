@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::{Error, Figure, Table};
+use crate::{Error, Figure, Table, svg};
 
 /// The whole look of a page.
 const STYLE: &str = include_str!("style.css");
@@ -152,7 +152,7 @@ impl Page {
     /// # Errors
     /// As [`Figure::to_svg`].
     pub fn figure(&mut self, figure: &Figure) -> Result<(), Error> {
-        let svg = figure.to_svg()?;
+        let svg = svg::svg(figure, None)?;
         self.figures += 1;
         let number = self.figures;
         let id = match figure.id.split_whitespace().collect::<Vec<_>>().join("-") {
@@ -162,7 +162,7 @@ impl Page {
         let id = self.unique_id(&id);
         self.push(html! {
             figure id=(id) {
-                div.scroll tabindex="0" role="region" aria-label={ "Figure " (number) } { (PreEscaped(svg)) }
+                div.scroll tabindex="0" role="region" aria-label={ "Figure " (number) } { (svg) }
                 figcaption {
                     b { "Figure " (number) ". " (figure.title) @if !ends_sentence(&figure.title) { "." } }
                     " " (figure.caption)
@@ -212,7 +212,7 @@ impl Page {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
+                    style { (PreEscaped(STYLE)) (PreEscaped(svg::STYLE)) }
                 }
                 body {
                     header {

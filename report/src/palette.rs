@@ -1,18 +1,15 @@
-//! Colours that colour-blind readers tell apart (Okabe and Ito, 2008), in an order that suits lines on white, and the
-//! marker that goes with each.
+//! Names of the colours, and the marker that goes with each.
+//!
+//! Colour-blind readers tell them apart (Okabe and Ito, 2008). Their values, for light and for dark paper, stand in `figure.css`.
 
-/// The palette as red, green, blue.
-pub const COLOURS: [(u8, u8, u8); 8] = [
-    (0x00, 0x72, 0xB2),
-    (0xD5, 0x5E, 0x00),
-    (0x00, 0x9E, 0x73),
-    (0xCC, 0x79, 0xA7),
-    (0xE6, 0x9F, 0x00),
-    (0x56, 0xB4, 0xE9),
-    (0x00, 0x00, 0x00),
-    (0xF0, 0xE4, 0x42),
-];
+use std::fmt::Write;
 
+use maud::{Markup, html};
+
+use crate::frame::Point;
+
+/// Number of colours; a greater index starts again.
+pub const COUNT: usize = 8;
 /// Index of blue.
 pub const BLUE: usize = 0;
 /// Index of vermilion.
@@ -25,40 +22,35 @@ pub const PURPLE: usize = 3;
 pub const ORANGE: usize = 4;
 /// Index of sky blue.
 pub const SKY: usize = 5;
-/// Index of black.
+/// Index of black; white on dark paper.
 pub const BLACK: usize = 6;
 /// Index of yellow; faint on white, for bands.
 pub const YELLOW: usize = 7;
 
-/// The colour of an index; beyond the palette it starts again.
-pub fn colour(index: usize) -> (u8, u8, u8) {
-    COLOURS[index % COLOURS.len()]
+/// Markers by colour: how they are painted, and their outline around the point.
+const MARKERS: [(&str, &str); COUNT] = [
+    ("point", "m-6 0a6 6 0 1 0 12 0a6 6 0 1 0-12 0z"),
+    ("point", "m-5.5-5.5h11v11h-11z"),
+    ("point", "m0-7.5l7 13h-14z"),
+    ("point", "m0-8l7 8l-7 8l-7-8z"),
+    ("point", "m0 7.5l7-13h-14z"),
+    ("open", "m-6-6l12 12m0-12l-12 12"),
+    ("open", "m-7 0h14m-7-7v14"),
+    ("open", "m-6 0a6 6 0 1 0 12 0a6 6 0 1 0-12 0z"),
+];
+
+/// The class of a colour.
+pub(crate) fn class(index: usize) -> String {
+    format!("c{}", index % COUNT)
 }
 
-/// Shapes of markers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Shape {
-    Circle,
-    Square,
-    Triangle,
-    Diamond,
-    TriangleDown,
-    Cross,
-    Plus,
-    Ring,
-}
-
-/// The marker of a colour.
-pub(crate) fn shape(index: usize) -> Shape {
-    const SHAPES: [Shape; 8] = [
-        Shape::Circle,
-        Shape::Square,
-        Shape::Triangle,
-        Shape::Diamond,
-        Shape::TriangleDown,
-        Shape::Cross,
-        Shape::Plus,
-        Shape::Ring,
-    ];
-    SHAPES[index % SHAPES.len()]
+/// The markers of a colour at some places.
+pub(crate) fn markers(index: usize, places: &[Point]) -> Markup {
+    let (class, outline) = MARKERS[index % COUNT];
+    let path = places.iter().fold(String::new(), |mut path, (x, y)| {
+        // Writing to a String cannot fail.
+        let _ = write!(path, "M{x} {y}{outline}");
+        path
+    });
+    html! { @if !places.is_empty() { path class=(class) d=(path) {} } }
 }

@@ -1,25 +1,36 @@
 //! Everything about a picture that is decided before the first line is drawn.
 
-use crate::curve::Window;
-use crate::layout::{self, Entry, FONT, Flag, ROW, text_width};
+use crate::frame::{Frame, Window, px};
+use crate::legend::{self, Entry, Rows};
+use crate::marks::{self, Flag};
+use crate::text::{self, FONT, ROW, clean};
 use crate::ticks::{self, Ruler, is_drawable, scaled};
 use crate::{Axis, Figure, Line, Panel, Scale};
 
 /// Width of every picture.
-pub(crate) const WIDTH: i32 = 2000;
+pub(crate) const WIDTH: f64 = 1000.0;
+/// Least distance of anything from the edge.
+pub(crate) const EDGE: f64 = 6.0;
+/// From one line of a y axis' title to the next.
+pub(crate) const LINE: f64 = FONT + 3.0;
+/// Height of the numbers below the last panel.
+pub(crate) const NUMBERS: f64 = 32.0;
+/// Between two panels.
+const BETWEEN: f64 = 17.0;
+/// The right margin, where no number needs more.
+const RIGHT: f64 = 20.0;
 
 /// A panel's place and axes.
 pub(crate) struct PanelPlan {
     pub ruler: Ruler,
-    pub window: Window,
+    pub frame: Frame,
     /// Title and legend begin here.
-    pub head: i32,
-    /// The legend, and where it begins.
-    pub legend: Vec<Vec<(i32, Entry)>>,
-    pub legend_at: (i32, i32),
+    pub head: f64,
+    pub legend: Rows,
+    /// The left upper corner of the legend.
+    pub legend_at: (f64, f64),
     pub flags: Vec<Flag>,
-    pub top: i32,
-    pub bottom: i32,
+    /// The title of the y axis, in lines.
     pub title: Vec<String>,
     /// What the panel says instead of data.
     pub empty: Option<&'static str>,
@@ -27,113 +38,88 @@ pub(crate) struct PanelPlan {
 
 /// A figure's places and axes.
 pub(crate) struct Plan {
-    pub height: i32,
-    pub left: i32,
-    pub right: i32,
+    pub height: f64,
+    pub left: f64,
     pub x: Ruler,
-    pub legend: Vec<Vec<(i32, Entry)>>,
+    pub legend: Rows,
     pub panels: Vec<PanelPlan>,
 }
 
 impl Plan {
     pub fn new(figure: &Figure) -> Self {
-        let heights = match figure.panels.len() {
-            1 => 860,
-            2 => 580,
-            3 | 4 => 440,
-            _ => 340,
+        let height = match figure.panels.len() {
+            1 => 430.0,
+            2 => 290.0,
+            3 | 4 => 220.0,
+            _ => 170.0,
         };
         let x_range = x_range(figure);
         let rulers: Vec<_> = figure
             .panels
             .iter()
-            .map(|panel| y_ruler(panel, x_range, heights))
+            .map(|panel| y_ruler(panel, x_range, height))
             .collect();
-        let titles: Vec<_> = rulers
-            .iter()
-            .map(|(ruler, _)| layout::lines(&ruler.title, heights + ROW))
-            .collect();
-        let widest = |texts: &[ticks::Tick]| {
-            texts
-                .iter()
-                .map(|tick| text_width(&tick.text, FONT))
-                .max()
-                .unwrap_or(0)
-        };
-        let numbers = rulers
-            .iter()
-            .map(|(ruler, _)| widest(&ruler.ticks))
-            .max()
-            .unwrap_or(0);
-        let lines = titles.iter().map(Vec::len).max().unwrap_or(1) as i32;
-        let left = 12 + lines * (FONT + 6) + 16 + numbers + 20;
+        let title = |ruler: &Ruler| text::lines(&ruler.title, height + ROW);
+        let lines = rulers.iter().map(|(ruler, _)| title(ruler).len());
+        let numbers = rulers.iter().map(|(ruler, _)| widest(ruler));
+        let numbers = numbers.fold(0.0, f64::max).ceil();
+        let left = EDGE + lines.max().unwrap_or(1) as f64 * LINE + 8.0 + numbers + 10.0;
         let (x, right) = x_ruler(&figure.x, x_range, left);
-        let window_x = (x.low, x.high);
 
-        let legends: Vec<_> = figure.panels.iter().map(layout::legend).collect();
-        let shared = layout::shared(&legends);
-        let legend = shared
-            .as_ref()
-            .map(|entries| layout::rows(entries, right - left))
-            .unwrap_or_default();
-        let mut y = if legend.is_empty() {
-            14
-        } else {
-            26 + legend.len() as i32 * ROW
+        let legends: Vec<_> = figure.panels.iter().map(legend::legend).collect();
+        let shared = legend::shared(&legends);
+        let legend = Rows::new(shared.unwrap_or_default(), right - left);
+        let mut y = match legend.len() {
+            0 => 7.0,
+            rows => 13.0 + rows as f64 * ROW,
         };
-        let mut panels = Vec::new();
-        for (i, ((panel, (ruler, empty)), title)) in
-            figure.panels.iter().zip(rulers).zip(titles).enumerate()
-        {
-            let head = y;
-            let own: &[Entry] = if shared.is_some() { &[] } else { &legends[i] };
-            let (legend, legend_x, rows) = own_legend(&panel.title, own, left, right);
-            let above = i
-                .checked_sub(1)
-                .map_or(&[][..], |above| &figure.panels[above].vertical);
-            let flags = layout::flags(
-                panel
-                    .vertical
-                    .iter()
-                    .filter(|mark| is_drawable(mark.at) && !above.contains(mark))
-                    .map(|mark| {
-                        let share = (mark.at - x.low) / (x.high - x.low);
-                        (
-                            left + (share * f64::from(right - left)).clamp(-1e6, 1e6) as i32,
-                            clean(&mark.label),
-                        )
-                    }),
-                (left, right),
-            );
-            let title_rows =
-                i32::from(!panel.title.is_empty() && legend_x == left && !legend.is_empty());
-            let legend_at = (legend_x, head + title_rows * ROW);
-            let flag_rows = flags.iter().map(|flag| flag.row + 1).max().unwrap_or(0) as i32;
-            let top = head + rows * ROW + flag_rows * ROW + 10;
-            let bottom = top + heights;
+        let mut panels: Vec<PanelPlan> = Vec::new();
+        for (i, (panel, (ruler, empty))) in figure.panels.iter().zip(rulers).enumerate() {
+            let own = if shared.is_some() {
+                &[]
+            } else {
+                &legends[i][..]
+            };
+            let head = Head::new(&panel.title, own, left, right);
+            // What the panel above has marked is not labelled again.
+            let above = &figure.panels[i.saturating_sub(1)..i];
             let window = Window {
-                x: window_x,
+                x: (x.low, x.high),
                 y: (ruler.low, ruler.high),
             };
-            panels.push(PanelPlan {
-                ruler,
+            let frame = |top| Frame {
                 window,
-                head,
-                legend,
-                legend_at,
-                flags,
+                left,
+                right,
                 top,
-                bottom,
-                title,
+                bottom: top + height,
+            };
+            let new = |at: f64, label: &str| {
+                !above
+                    .iter()
+                    .flat_map(|panel| &panel.vertical)
+                    .any(|mark| mark.at == at && mark.label == label)
+            };
+            let marks = panel.vertical.iter();
+            let marks = marks.filter(|mark| is_drawable(mark.at) && new(mark.at, &mark.label));
+            let marks = marks.map(|mark| (frame(y).x(mark.at), clean(&mark.label)));
+            let flags = marks::flags(marks, (left, right));
+            let top = y + (head.rows + marks::rows(&flags)) as f64 * ROW + 5.0;
+            panels.push(PanelPlan {
+                title: title(&ruler),
+                ruler,
+                frame: frame(top),
+                head: y,
+                legend: head.legend,
+                legend_at: (head.legend_left, y + head.legend_row as f64 * ROW),
+                flags,
                 empty,
             });
-            y = bottom + 34;
+            y = top + height + BETWEEN;
         }
-        let height = panels.last().map_or(y, |panel| panel.bottom) + 64 + ROW;
         Self {
-            height,
+            height: y - BETWEEN + NUMBERS + ROW,
             left,
-            right,
             x,
             legend,
             panels,
@@ -141,33 +127,38 @@ impl Plan {
     }
 }
 
-/// Text without characters that XML does not know.
-pub(crate) fn clean(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .filter(|c| !matches!(c, '\u{FFFE}' | '\u{FFFF}'))
-        .collect()
+/// Title and legend of a panel: beside each other if they fit into one row, else below each other.
+struct Head {
+    legend: Rows,
+    legend_left: f64,
+    legend_row: usize,
+    /// Rows that they take together.
+    rows: usize,
 }
 
-/// A panel's own legend: beside the title if it fits in one row, else below it. Also where it begins and how many rows of text
-/// the head has.
-fn own_legend(
-    title: &str,
-    entries: &[Entry],
-    left: i32,
-    right: i32,
-) -> (Vec<Vec<(i32, Entry)>>, i32, i32) {
-    let rows = layout::rows(entries, right - left);
-    let count = rows.len() as i32;
-    if title.is_empty() {
-        return (rows, left, count);
+impl Head {
+    fn new(title: &str, entries: &[Entry], left: f64, right: f64) -> Self {
+        let legend = Rows::new(entries, right - left);
+        let beside = px(left + text::width(title) * 1.1 + 30.0);
+        let fits = legend.len() <= 1 && beside + legend.width() <= right;
+        let (legend_left, legend_row) = match (title.is_empty(), fits) {
+            (true, _) => (left, 0),
+            (false, true) => (beside, 0),
+            (false, false) => (left, 1),
+        };
+        let rows = (legend_row + legend.len()).max(usize::from(!title.is_empty()));
+        Self {
+            legend,
+            legend_left,
+            legend_row,
+            rows,
+        }
     }
-    let after_title = left + text_width(title, FONT) * 11 / 10 + 60;
-    match rows.as_slice() {
-        [] => (rows, left, 1),
-        [row] if after_title + layout::row_width(row) <= right => (rows, after_title, 1),
-        _ => (rows, left, count + 1),
-    }
+}
+
+/// The width of an axis' numbers.
+fn widest(ruler: &Ruler) -> f64 {
+    text::widest(ruler.ticks.iter().map(|tick| tick.text.as_str()))
 }
 
 fn x_range(figure: &Figure) -> Option<(f64, f64)> {
@@ -189,25 +180,22 @@ fn x_range(figure: &Figure) -> Option<(f64, f64)> {
     ticks::extent(curves.chain(bands)).map(|range| ticks::widened(range, margin))
 }
 
-fn x_ruler(axis: &Axis, range: Option<(f64, f64)>, left: i32) -> (Ruler, i32) {
+/// The x axis with as many numbers as have room, and where it ends.
+fn x_ruler(axis: &Axis, range: Option<(f64, f64)>, left: f64) -> (Ruler, f64) {
+    let axis = cleaned(axis);
     let Some(range) = range else {
-        return (Ruler::blank(&cleaned(axis)), WIDTH - 40);
+        return (Ruler::blank(&axis), WIDTH - RIGHT);
     };
-    let (mut ruler, mut right) = (Ruler::blank(axis), WIDTH - 40);
-    for target in (2..=9).rev() {
-        ruler = Ruler::new(&cleaned(axis), Scale::Linear, range, target);
-        let widest = ruler
-            .ticks
-            .iter()
-            .map(|tick| text_width(&tick.text, FONT))
-            .max()
-            .unwrap_or(0);
-        right = WIDTH - (widest / 2 + 12).max(40);
-        if (widest + FONT) * ruler.ticks.len() as i32 <= right - left {
-            break;
-        }
-    }
-    (ruler, right)
+    let ruler = |target| {
+        let ruler = Ruler::new(&axis, Scale::Linear, range, target);
+        let right = (WIDTH - (widest(&ruler) / 2.0 + EDGE).max(RIGHT)).floor();
+        (ruler, right)
+    };
+    let fits = |(ruler, right): &(Ruler, f64)| {
+        (widest(ruler) + FONT) * ruler.ticks.len() as f64 <= right - left
+    };
+    let wanted = (3..=9).rev().map(ruler).find(fits);
+    wanted.unwrap_or_else(|| ruler(2))
 }
 
 fn cleaned(axis: &Axis) -> Axis {
@@ -218,7 +206,7 @@ fn cleaned(axis: &Axis) -> Axis {
 fn y_ruler(
     panel: &Panel,
     x_range: Option<(f64, f64)>,
-    height: i32,
+    height: f64,
 ) -> (Ruler, Option<&'static str>) {
     let axis = cleaned(&panel.y);
     let log = panel.scale == Scale::Log;
@@ -259,7 +247,7 @@ fn y_ruler(
     let Some(range) = ticks::fixed(given).or_else(|| all.map(|range| padded(range, log))) else {
         return (Ruler::blank(&axis), empty);
     };
-    let target = (height / 75).clamp(3, 8) as usize;
+    let target = (height / 37.5).clamp(3.0, 8.0) as usize;
     (Ruler::new(&axis, panel.scale, range, target), empty)
 }
 

@@ -148,17 +148,22 @@ fn cell_markup(cell: &Cell, class: Option<&str>) -> Markup {
     }
 }
 
-/// Long names of topics and types may be broken behind their slashes and underscores.
+/// Long names of topics and types may be broken: behind slashes and underscores, and where a word begins with a capital.
 fn breakable(text: &str) -> Markup {
-    let is_long = text.chars().count() > LONG;
+    let whole = text.chars().count() <= LONG;
+    let mut last = ' ';
+    let breaks = text.char_indices().filter(|&(at, c)| {
+        let before = std::mem::replace(&mut last, c);
+        let word = before.is_lowercase() && c.is_uppercase();
+        at > 0 && !whole && (word || matches!(before, '/' | '_'))
+    });
+    let starts: Vec<_> = breaks.map(|(at, _)| at).collect();
+    let ends = starts.iter().copied().chain([text.len()]);
+    let parts = std::iter::once(0).chain(starts.iter().copied()).zip(ends);
     html! {
-        @if is_long {
-            @for (i, part) in text.split_inclusive(['/', '_']).enumerate() {
-                @if i > 0 { wbr; }
-                (part)
-            }
-        } @else {
-            (text)
+        @for (from, to) in parts {
+            @if from > 0 { wbr; }
+            (text[from..to])
         }
     }
 }

@@ -231,7 +231,7 @@ fn logarithmic(axis: &Axis, low: f64, high: f64, target: usize) -> Ruler {
             )
         }
         n => {
-            let stride = n.div_ceil(target + 1).max(1) as i32;
+            let stride = i32::try_from(n.div_ceil(target + 1)).unwrap_or(i32::MAX);
             let ticks: Vec<(f64, i32, i32)> = decades(stride)
                 .into_iter()
                 .map(|e| (f64::from(e), 1, e))
@@ -298,6 +298,7 @@ mod tests {
         (ruler.title, texts.join(" "))
     }
 
+    /// No more digits than the step has.
     #[test]
     fn ordinary_numbers_have_the_digits_of_their_step() {
         assert_eq!(
@@ -308,6 +309,7 @@ mod tests {
         assert_eq!(texts(0.0, 20_000.0).1, "0 5000 10000 15000 20000");
     }
 
+    /// The power of ten goes into the title, in threes.
     #[test]
     fn very_small_and_very_large_numbers_share_a_power_of_ten() {
         assert_eq!(
@@ -320,6 +322,7 @@ mod tests {
         );
     }
 
+    /// Values that differ late only are given from a round number.
     #[test]
     fn late_digits_are_given_as_differences() {
         let (title, ticks) = texts(1e9 - 1e-3, 1e9 + 1e-3);
@@ -327,6 +330,7 @@ mod tests {
         assert_eq!(ticks, "−0.0010 −0.0005 0.0000 0.0005 0.0010");
     }
 
+    /// Degrees go by 90, 45, 30, 15 and 10.
     #[test]
     fn a_circle_is_parted_as_a_compass() {
         let ruler = Ruler::new(&Axis::new("heading", "deg"), Scale::Linear, (0.0, 360.0), 7);
@@ -340,6 +344,7 @@ mod tests {
         );
     }
 
+    /// Logarithmic ticks are powers of ten, or 1, 2, 5 where there are few.
     #[test]
     fn decades_read_as_numbers_or_as_powers() {
         let log = |low: f64, high: f64| {
@@ -362,6 +367,7 @@ mod tests {
         assert!(log(1e-200, 1e200).len() <= 7);
     }
 
+    /// A range without length gets one.
     #[test]
     fn degenerate_ranges_become_ranges() {
         assert_eq!(widened((0.0, 0.0), 0.05), (-1.0, 1.0));
@@ -374,6 +380,7 @@ mod tests {
     }
 
     proptest::proptest! {
+        /// Any two numbers give between 2 and 12 short ticks, all different.
         #[test]
         fn every_range_has_a_few_ticks_that_differ(a in proptest::num::f64::NORMAL, b in proptest::num::f64::NORMAL) {
             if let Some(range) = extent([a, b]) {

@@ -34,12 +34,22 @@ fn page() -> Page {
     page
 }
 
+/// The style of figures stands once in a page, and not in every figure.
+#[test]
+fn figures_share_their_style() {
+    let html = page().to_html();
+    let style = html.matches("<style>").count();
+    assert_eq!((style, html.matches(".chart .curve {").count()), (1, 1));
+    assert_eq!(html.matches("class=\"chart\"").count(), 2);
+}
+
 /// The page read as XML: void elements closed, the document type allowed.
 fn parsed(html: &str) -> String {
     let open = html.replace("charset=\"utf-8\">", "charset=\"utf-8\"/>");
     open.replace("initial-scale=1\">", "initial-scale=1\"/>")
 }
 
+/// The page can be read as XML, and no text of a caller becomes markup.
 #[test]
 fn elements_nest_and_text_is_escaped() {
     let xml = parsed(&page().to_html());
@@ -74,6 +84,7 @@ fn elements_nest_and_text_is_escaped() {
     );
 }
 
+/// Every link of the contents has its one target.
 #[test]
 fn ids_are_unique_and_contents_lead_to_them() {
     let xml = parsed(&page().to_html());
@@ -119,6 +130,7 @@ fn ids_are_unique_and_contents_lead_to_them() {
     );
 }
 
+/// Nothing in a page leads to a network or a script.
 #[test]
 fn nothing_is_fetched() {
     let html = page()
@@ -131,6 +143,7 @@ fn nothing_is_fetched() {
     }
 }
 
+/// Figures and tables are counted, each with its caption.
 #[test]
 fn figures_and_tables_are_numbered_and_captioned() {
     let html = page().to_html();
@@ -142,6 +155,7 @@ fn figures_and_tables_are_numbered_and_captioned() {
     assert!(html.contains("<b>Figure 2. A title.</b>") && html.contains("<b>Table 1.</b> c &lt;"));
 }
 
+/// A verdict can be read without colour.
 #[test]
 fn numbers_are_aligned_and_verdicts_told_by_signs() {
     let html = page().to_html();
@@ -152,16 +166,23 @@ fn numbers_are_aligned_and_verdicts_told_by_signs() {
     assert!(html.contains("aria-label=\"bad\">✗</span> not"));
 }
 
+/// Long names break behind a slash, an underscore or before a capital; short ones stay whole.
 #[test]
 fn long_names_of_topics_may_be_broken() {
     let mut page = Page::new("t");
-    let names = ["/imu/data_raw", "/self_calibration/estimate"];
+    let names = [
+        "/imu/data_raw",
+        "/self_calibration/estimate",
+        "TwistWithCovariance",
+    ];
     page.table(Table::new("", ["topics"]).row(names.map(Cell::text)));
     let html = page.to_html();
     assert!(html.contains("<td>/imu/data_raw</td>"));
+    assert!(html.contains("<td>Twist<wbr>With<wbr>Covariance</td>"));
     assert!(html.contains("<td>/<wbr>self_<wbr>calibration/<wbr>estimate</td>"));
 }
 
+/// What stands before the first section stands before the contents.
 #[test]
 fn a_verdict_stands_before_the_contents() {
     let html = page().to_html();
@@ -169,6 +190,7 @@ fn a_verdict_stands_before_the_contents() {
     assert!(at("fine &lt;") < at("id=\"contents\"") && at("id=\"contents\"") < at("<h2 id="));
 }
 
+/// Writer and string give the same bytes.
 #[test]
 fn a_page_is_written_as_it_reads() {
     let mut out = Vec::new();

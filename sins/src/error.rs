@@ -23,6 +23,24 @@ pub enum Error {
         /// Stamp of the sample.
         stamp: Stamp,
     },
+    /// A variance is none: it is negative or not a finite number.
+    #[error(
+        "the variance of state {state} is {value}, expected a finite number that is not negative"
+    )]
+    Variance {
+        /// Number of the state in its filter.
+        state: usize,
+        /// The variance; NaN where it or a covariance beside it is not finite.
+        value: f64,
+    },
+    /// The filter's numbers are no longer numbers.
+    #[error("the filter has diverged: the variance of {state} would be {variance}")]
+    Diverged {
+        /// Name of the first state that shows it.
+        state: &'static str,
+        /// What its variance would have become.
+        variance: f64,
+    },
     /// The samples do not look like gravity and earth rate on a ship at its mooring.
     #[error("coarse alignment: {reason}")]
     Alignment {

@@ -165,9 +165,14 @@ impl Drawing<'_> {
         let mut figure = self
             .figure("sigma", "One sigma of the estimates")
             .caption(format!(
-                "1 sigma of the filter for attitude, gyroscope drifts and accelerometer biases. The dashed lines are the thresholds that this command was given, or the usual ones; that of the attitude is for the azimuth.{}",
+                "1 sigma of the filter for attitude, gyroscope drifts and accelerometer biases. The dashed lines are the thresholds that this command was given, or the usual ones; that of the attitude is for the azimuth. Above them the angles of the joints: every turn shows something that was hidden.{}",
                 self.phase_words()
             ));
+        if !self.joints.is_empty() {
+            let panel = Panel::new("", Axis::new("joints", "deg"));
+            let curves = (0..JOINT_NAMES.len()).map(|joint| self.joint(joint));
+            figure = figure.panel(self.positions(curves.fold(panel, Panel::series)));
+        }
         for (first, name, of) in [
             (
                 MISALIGNMENT,
@@ -301,20 +306,29 @@ impl Drawing<'_> {
             (false, false) => "A mark with the letter of its position stands where a dwell begins.",
         };
         let mut figure = self.figure("joints", "Joint angles").caption(caption);
-        for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
-            let name = name.replace('_', " ");
-            let curve = self
-                .joints
-                .iter()
-                .map(|(stamp, angles)| (self.clock.at(*stamp), angles[joint].to_degrees()));
-            let mut panel = Panel::new("", Axis::new(name.clone(), "deg"))
-                .series(Series::new(name, curve.collect()).colour(joint).unlisted());
-            for (stamp, letter) in &marks {
-                panel = panel.vertical(self.clock.at(*stamp), letter);
-            }
-            figure = figure.panel(panel);
+        for joint in 0..JOINT_NAMES.len() {
+            let curve = self.joint(joint);
+            let panel = Panel::new("", Axis::new(curve.name.clone(), "deg"));
+            figure = figure.panel(self.positions(panel.series(curve.unlisted())));
         }
         figure
+    }
+
+    /// The angle of one joint.
+    fn joint(&self, joint: usize) -> Series {
+        let name = JOINT_NAMES[joint].replace('_', " ");
+        let curve = self.joints.iter();
+        let curve =
+            curve.map(|(stamp, angles)| (self.clock.at(*stamp), angles[joint].to_degrees()));
+        Series::new(name, curve.collect()).colour(joint)
+    }
+
+    /// Marks where a dwell begins.
+    fn positions(&self, mut panel: Panel) -> Panel {
+        for (stamp, letter) in position_marks(&self.run.scheme.steps) {
+            panel = panel.vertical(self.clock.at(stamp), letter);
+        }
+        panel
     }
 
     fn position_error(&self) -> Figure {

@@ -17,7 +17,7 @@ mod verdict;
 use std::path::Path;
 
 use bags::Bag;
-use report::{Page, Verdict};
+use report::{Figure, Page, Verdict};
 use sins::machines::self_calibration::Settings;
 
 use crate::{Calibrator, Error, Listener, SensorSource};
@@ -46,6 +46,8 @@ pub struct Request<'a> {
 pub struct RunReport {
     /// The page.
     pub page: Page,
+    /// Its figures.
+    pub figures: Vec<Figure>,
     /// The numbers.
     pub summary: Summary,
     /// What was looked at, faults first.
@@ -96,6 +98,7 @@ impl RunReport {
         );
         Ok(Self {
             page,
+            figures,
             summary,
             findings,
         })

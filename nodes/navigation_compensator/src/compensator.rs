@@ -311,7 +311,7 @@ impl Compensator {
                     );
                 }
                 NavigatorEvent::AlignmentFailed { reason, .. } => {
-                    self.trouble(format!("coarse alignment: {reason}"));
+                    self.trouble(reason);
                 }
             }
         }

@@ -101,7 +101,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     };
     write("report.html", page.to_html())?;
     for figure in &figures {
-        write(&format!("figures/{}.csv", figure.id), figure.to_csv())?;
+        write(&format!("figures/{}.csv", figure.id), figure.to_csv()?)?;
     }
     write("figures.json", serde_json::to_string(&figures)?)?;
     let results = compare::results(&campaign, &claims, &command);

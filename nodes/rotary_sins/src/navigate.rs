@@ -97,7 +97,7 @@ fn tell(told: &mut Told<'_>, event: &NavigatorEvent) {
             ),
         ),
         NavigatorEvent::AlignmentFailed { reason, .. } => {
-            told.notes.hold(format!("{topic}: coarse alignment: {reason}"));
+            told.notes.hold(format!("{topic}: {reason}"));
         }
         _ => {}
     }

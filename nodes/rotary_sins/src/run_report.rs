@@ -11,6 +11,7 @@ use analysis::{
 };
 use anyhow::Context;
 use clap::Args;
+use report::Figure;
 
 use crate::{
     Outcome,
@@ -28,6 +29,9 @@ pub struct Options {
     /// Page to write (default: beside the bag, with its name)
     #[arg(long, value_name = "FILE.html")]
     output: Option<PathBuf>,
+    /// Also write every figure as SVG, and its data as CSV, into this folder
+    #[arg(long, value_name = "DIRECTORY")]
+    figures: Option<PathBuf>,
     /// Write the numbers behind the page as JSON to standard output, instead of the verdict
     #[arg(long)]
     json: bool,
@@ -69,6 +73,9 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             path.display()
         )
     })?;
+    if let Some(folder) = &options.figures {
+        write_figures(&report.figures, folder).with_context(|| folder.display().to_string())?;
+    }
     if options.json {
         output::json(&report.summary)?;
     } else {
@@ -79,6 +86,17 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     } else {
         Outcome::Missed
     })
+}
+
+/// Every figure with its data.
+fn write_figures(figures: &[Figure], folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder)?;
+    for figure in figures {
+        let file = folder.join(&figure.id);
+        fs::write(file.with_extension("svg"), figure.to_svg()?)?;
+        fs::write(file.with_extension("csv"), figure.to_csv()?)?;
+    }
+    Ok(())
 }
 
 /// The page's place: the name of the bag with another ending.

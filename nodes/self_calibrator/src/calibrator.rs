@@ -223,9 +223,8 @@ impl Calibrator {
                 sigma_rad / ARC_SECOND
             ),
             Event::AlignmentFailed { reason, .. } => {
-                let problem = format!("coarse alignment: {reason}");
-                tracing::error!("{}: {problem}", topic::IMU);
-                self.problem = Some(problem);
+                tracing::error!("{}: {reason}", topic::IMU);
+                self.problem = Some(reason);
                 self.forget();
             }
         }

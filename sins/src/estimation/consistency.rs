@@ -12,6 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 pub struct InnovationWindow {
     updates: usize,
     values: VecDeque<f64>,
+    mean: Option<f64>,
     upper_mean: f64,
 }
 
@@ -29,6 +30,7 @@ impl InnovationWindow {
         Self {
             updates,
             values: VecDeque::with_capacity(updates),
+            mean: None,
             upper_mean: bound / updates as f64,
         }
     }
@@ -39,12 +41,14 @@ impl InnovationWindow {
             self.values.pop_front();
         }
         self.values.push_back(normalized_squared);
+        // Summed anew once an update: a sum that is carried along would gather rounding, and a sum for every question costs more
+        // than the covariance step.
+        self.mean = Some(self.values.iter().sum::<f64>() / self.values.len() as f64);
     }
 
     /// Mean of the window; `None` while it is empty.
     pub fn mean(&self) -> Option<f64> {
-        (!self.values.is_empty())
-            .then(|| self.values.iter().sum::<f64>() / self.values.len() as f64)
+        self.mean
     }
 
     /// The bound on the mean of a full window.

@@ -1,18 +1,22 @@
 //! The filter round the mechanization: increments in, velocity measurements in, a corrected state and its covariance out.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
 
-use super::error_state::{
-    BIAS, DRIFT, LATITUDE, LONGITUDE, Linearization, MISALIGNMENT, StateMatrix, StateVector,
-    VELOCITY,
-};
-use super::kalman::{Innovation, Kalman};
+use super::group::{Interval, Span};
+use super::groups::bias::Bias;
+use super::groups::navigation::{self, Navigation, sensor_noise_rate};
+use super::kalman::{Kalman, ProcessNoise};
+use super::measurement::{Measurement, Outcome, Row, UpdateCounts};
+use super::model::{Model, Paper};
+use super::state::StateEstimate;
+use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
+use crate::sensor::errors::{Compensation, SensorErrors};
 use crate::sensor::sample::NoiseDensity;
 pub use crate::sensor::velocity::VelocityMeasurement;
 
-/// Initial one-sigma of the error states.
+/// Initial one-sigma of the paper's states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialUncertainty {
     /// Horizontal position, each axis \[m\].
@@ -28,24 +32,21 @@ pub struct InitialUncertainty {
 }
 
 impl InitialUncertainty {
-    /// The diagonal P0 at a place.
-    pub fn covariance(&self, place: &NavigationState) -> StateMatrix {
-        let earth =
-            crate::earth::LocalEarth::at(place.position.latitude_rad, place.position.height_m);
-        let mut sigma = StateVector::zeros();
-        sigma[LATITUDE] = self.position_m / earth.meridian_radius_m;
-        sigma[LONGITUDE] = self.position_m / (earth.transverse_radius_m * earth.cos_latitude);
-        sigma.fixed_rows_mut::<2>(VELOCITY).fill(self.velocity_m_s);
-        sigma
-            .fixed_rows_mut::<3>(MISALIGNMENT)
-            .copy_from(&self.misalignment_rad);
-        sigma
-            .fixed_rows_mut::<3>(BIAS)
-            .copy_from(&self.accelerometer_bias_m_s2);
-        sigma
-            .fixed_rows_mut::<3>(DRIFT)
-            .copy_from(&self.gyroscope_drift_rad_s);
-        StateMatrix::from_diagonal(&sigma.component_mul(&sigma))
+    /// The paper's model with these priors and sensor errors that do not walk.
+    pub fn model(&self) -> Paper {
+        Paper {
+            navigation: Navigation {
+                position_m: self.position_m,
+                velocity_m_s: self.velocity_m_s,
+                misalignment_rad: self.misalignment_rad,
+            },
+            bias: Bias {
+                accelerometer_bias_m_s2: self.accelerometer_bias_m_s2,
+                gyroscope_drift_rad_s: self.gyroscope_drift_rad_s,
+                accelerometer_walk_m_s2_sqrt_s: 0.0,
+                gyroscope_walk_rad_s_sqrt_s: 0.0,
+            },
+        }
     }
 }
 
@@ -73,113 +74,145 @@ pub enum Loop {
     Closed,
 }
 
-/// The error filter and the mechanization it belongs to.
+/// The error filter of a model and the mechanization it belongs to: `M` states that move, `N` in all.
 #[derive(Clone, Debug)]
-pub struct ErrorFilter {
+pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
+    model: G,
     strapdown: Strapdown,
-    kalman: Kalman<13>,
-    gyroscope_drift: Vector3<f64>,
-    accelerometer_bias: Vector3<f64>,
+    kalman: Kalman<N>,
+    compensation: Compensation,
     noise: NoiseDensity,
+    walk: SVector<f64, N>,
     feedback: Loop,
-    interval: Accumulated,
-}
-
-/// What the transition needs of the time since the last covariance step.
-#[derive(Clone, Copy, Debug)]
-struct Accumulated {
     seconds: f64,
-    /// ∫ C_b^n dt \[s\].
-    attitude: Matrix3<f64>,
-    /// ∫ fⁿ dt \[m/s\].
-    velocity: Vector3<f64>,
+    /// ∫fⁿ dt \[m/s\] since the last step.
+    gained: Vector3<f64>,
+    gathered: G::Gathered,
+    counts: UpdateCounts,
 }
 
-impl Accumulated {
-    const ZERO: Self = Self {
-        seconds: 0.0,
-        attitude: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::new(0.0, 0.0, 0.0),
-    };
-}
-
-impl ErrorFilter {
-    /// Starts at a navigation state with the sensor errors assumed zero and their uncertainty in `covariance`.
+impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
+    /// Starts at a navigation state with sensor errors that are known to be `errors`, and the uncertainty of both in
+    /// `covariance`.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where the sensor errors cannot be inverted, [`Error::Variance`] where the covariance is none.
     pub fn new(
+        model: G,
         start: NavigationState,
-        covariance: StateMatrix,
+        errors: &SensorErrors,
+        covariance: SMatrix<f64, N, N>,
         noise: NoiseDensity,
         feedback: Loop,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, Error> {
+        Ok(Self {
             strapdown: Strapdown::new(start),
-            kalman: Kalman {
-                state: StateVector::zeros(),
-                covariance,
-            },
-            gyroscope_drift: Vector3::zeros(),
-            accelerometer_bias: Vector3::zeros(),
+            kalman: Kalman::new(covariance)?,
+            compensation: errors.compensation()?,
             noise,
+            walk: model.walk(),
+            model,
             feedback,
-            interval: Accumulated::ZERO,
-        }
+            seconds: 0.0,
+            gained: Vector3::zeros(),
+            gathered: G::Gathered::default(),
+            counts: UpdateCounts::default(),
+        })
     }
 
     /// Runs the mechanization over one sampling interval. The covariance waits for [`Self::step`].
     pub fn propagate(&mut self, increment: &Increment) {
+        let seconds = increment.interval_s;
+        let (angle, velocity) =
+            self.compensation
+                .apply_increment(seconds, &increment.angle, &increment.velocity);
         let before = *self.strapdown.body_to_navigation();
-        let gained = self
-            .strapdown
-            .propagate(&increment.without(&self.gyroscope_drift, &self.accelerometer_bias));
-        self.interval.seconds += increment.interval_s;
-        self.interval.attitude +=
-            (before + self.strapdown.body_to_navigation()) * (0.5 * increment.interval_s);
-        self.interval.velocity += gained;
+        let gained = self.strapdown.propagate(&Increment {
+            interval_s: seconds,
+            angle,
+            velocity,
+        });
+        self.seconds += seconds;
+        self.gained += gained;
+        let span = Span {
+            attitude: (before + self.strapdown.body_to_navigation()) * (0.5 * seconds),
+            angular_rate: angle / seconds,
+            specific_force: velocity / seconds,
+        };
+        G::gather(&mut self.gathered, &span);
     }
 
     /// Time since the last covariance step \[s\].
     pub fn pending_s(&self) -> f64 {
-        self.interval.seconds
+        self.seconds
     }
 
-    /// Brings the covariance up to the mechanization: Φ = I + A + A²/2 with A = ∫F dt accumulated over the interval, noise
-    /// by the trapezoid (G q Gᵀ + Φ G q Gᵀ Φᵀ) T/2.
-    pub fn step(&mut self) {
-        let seconds = self.interval.seconds;
+    /// Brings the covariance up to the mechanization: Φ = I + A + A²/2 with A = ∫F dt as gathered, noise by the trapezoid.
+    ///
+    /// # Errors
+    /// [`Error::Variance`] where the mechanization or the covariance would no longer be numbers; the covariance stays as it
+    /// was, and the filter is of no more use.
+    pub fn step(&mut self) -> Result<(), Error> {
+        let seconds = self.seconds;
         if seconds <= 0.0 {
-            return;
+            return Ok(());
         }
-        let linearization = Linearization {
+        let interval = Interval {
+            seconds,
             earth: *self.strapdown.earth(),
             velocity: self.strapdown.state().velocity,
-            specific_force: self.interval.velocity / seconds,
-            body_to_navigation: self.interval.attitude / seconds,
+            gained: self.gained,
+            inverses: Interval::inverses_of(&self.compensation),
         };
-        let transition = linearization.transition(seconds);
+        let transition = self.model.dynamics(&self.gathered, &interval).transition();
         // The noise enters with a true rotation: an average of rotations is shorter than one.
-        let noise = Linearization {
-            body_to_navigation: *self.strapdown.body_to_navigation(),
-            ..linearization
-        }
-        .process_noise_rate(&self.noise)
-            * (0.5 * seconds);
-        self.kalman.covariance += noise;
-        self.kalman.propagate(&transition, &noise);
-        self.interval = Accumulated::ZERO;
+        let attitude = self.strapdown.body_to_navigation();
+        let noise = ProcessNoise {
+            moving: sensor_noise_rate::<M>(&self.noise, attitude, G::VELOCITY_UP) * seconds,
+            walk: self.walk * seconds,
+        };
+        self.seconds = 0.0;
+        self.gained = Vector3::zeros();
+        self.gathered = G::Gathered::default();
+        self.kalman
+            .propagate(&transition, &noise)
+            .map_err(name_state::<G, M, N>)
     }
 
-    /// Measures the velocity error, east and then north (equations 28 and 29), and closes the loop where it is closed.
-    pub fn update_velocity(&mut self, measurement: &VelocityMeasurement) -> [Innovation; 2] {
-        let velocity = self.strapdown.state().velocity;
-        let innovations = [0, 1].map(|axis| {
-            let error = velocity[axis] - measurement.east_north[axis];
-            self.kalman
-                .update(VELOCITY + axis, error, measurement.sigma[axis].powi(2))
-        });
-        if self.feedback == Loop::Closed {
-            self.feed_back();
+    /// Updates with scalar measurements one after the other, and closes the loop where it is closed.
+    pub fn update<const K: usize>(&mut self, measurements: &[Measurement<N>; K]) -> [Outcome; K] {
+        let mut outcomes = measurements
+            .each_ref()
+            .map(|measurement| self.kalman.update(measurement));
+        if self.feedback == Loop::Closed && !self.feed_back() {
+            outcomes = [Outcome::Refused; K];
         }
-        innovations
+        for outcome in &outcomes {
+            self.counts.count(outcome);
+        }
+        outcomes
+    }
+
+    /// Measures the velocity error, east and then north (equations 28 and 29). `gate` is the normalized innovation squared
+    /// above which a component is left out.
+    pub fn update_velocity(
+        &mut self,
+        measurement: &VelocityMeasurement,
+        gate: Option<f64>,
+    ) -> [Outcome; 2] {
+        let velocity = self.strapdown.state().velocity;
+        let rows = [navigation::VELOCITY_EAST, navigation::VELOCITY_NORTH];
+        let measurements: [Measurement<N>; 2] = std::array::from_fn(|axis| {
+            let error = velocity[axis] - measurement.east_north[axis];
+            let variance = measurement.sigma[axis].powi(2);
+            Measurement::new(Row::unit(rows[axis]), error, variance).gated(gate)
+        });
+        self.update(&measurements)
+    }
+
+    /// What became of the measurements so far.
+    pub fn counts(&self) -> UpdateCounts {
+        self.counts
     }
 
     /// Takes the estimated errors out of the mechanization and closes the loop from here on.
@@ -188,58 +221,55 @@ impl ErrorFilter {
         self.feedback = Loop::Closed;
     }
 
-    fn feed_back(&mut self) {
-        let x = std::mem::replace(&mut self.kalman.state, StateVector::zeros());
-        self.strapdown.correct(
-            &x.fixed_rows::<3>(MISALIGNMENT).into_owned(),
-            &Vector3::new(x[VELOCITY], x[VELOCITY + 1], 0.0),
-            [x[LATITUDE], x[LONGITUDE]],
-        );
-        self.accelerometer_bias += x.fixed_rows::<3>(BIAS);
-        self.gyroscope_drift += x.fixed_rows::<3>(DRIFT);
+    /// Says whether the sensor model could take what was estimated; nothing is fed back where it could not.
+    fn feed_back(&mut self) -> bool {
+        let x = self.kalman.take_state();
+        let mut errors = *self.compensation.errors();
+        G::correct_sensors(&x, &mut errors);
+        let Ok(compensation) = errors.compensation() else {
+            return false;
+        };
+        self.compensation = compensation;
+        G::correct_navigation(&x, &mut self.strapdown);
+        true
     }
 
-    /// A hole of `seconds` in the samples was bridged: the increments at its ends are no neighbours, and the attitude and
-    /// velocity gained in it are uncertain by `angle_sigma` \[rad\] and `velocity_sigma` \[m/s\].
+    /// A hole in the samples was bridged: the increments at its ends are no neighbours, and the attitude and velocity gained
+    /// in it are uncertain by `angle_sigma` \[rad\] and `velocity_sigma` \[m/s\].
     pub fn bridge(&mut self, angle_sigma: f64, velocity_sigma: f64) {
         self.strapdown.break_stream();
-        for i in MISALIGNMENT..BIAS {
-            self.kalman.covariance[(i, i)] += angle_sigma * angle_sigma;
+        for axis in 0..3 {
+            let state = navigation::MISALIGNMENT_EAST + axis;
+            self.kalman.add_variance(state, angle_sigma * angle_sigma);
         }
-        for i in VELOCITY..MISALIGNMENT {
-            self.kalman.covariance[(i, i)] += velocity_sigma * velocity_sigma;
+        let rows = [
+            Some(navigation::VELOCITY_EAST),
+            Some(navigation::VELOCITY_NORTH),
+            G::VELOCITY_UP,
+        ];
+        for state in rows.into_iter().flatten() {
+            self.kalman
+                .add_variance(state, velocity_sigma * velocity_sigma);
         }
-    }
-
-    /// The same filter with sensor errors that are known already; the covariance says how well.
-    #[must_use]
-    pub fn with_sensor_errors(
-        mut self,
-        gyroscope_drift: Vector3<f64>,
-        accelerometer_bias: Vector3<f64>,
-    ) -> Self {
-        self.gyroscope_drift = gyroscope_drift;
-        self.accelerometer_bias = accelerometer_bias;
-        self
     }
 
     /// Goes over a hole without integrating: what was turned in it is told from outside. What is known of the sensors, and
     /// its correlation with the misalignment, stays: a ship that keeps her attitude against the earth keeps φ.
-    pub fn cross(&mut self, crossing: &Crossing) {
-        self.step();
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn cross(&mut self, crossing: &Crossing) -> Result<(), Error> {
+        self.step()?;
         let state = *self.strapdown.state();
         let turned = state.attitude * crossing.turn * state.attitude.inverse();
-        let covariance = &mut self.kalman.covariance;
         for axis in 0..3 {
             let variance = crossing.misalignment_sigma_rad[axis].powi(2);
-            covariance[(MISALIGNMENT + axis, MISALIGNMENT + axis)] += variance;
+            self.kalman
+                .add_variance(navigation::MISALIGNMENT_EAST + axis, variance);
         }
         let (velocity_error, position_error) = if let Some(sigma) = crossing.rest_sigma_m_s {
-            for i in VELOCITY..MISALIGNMENT {
-                covariance.row_mut(i).fill(0.0);
-                covariance.column_mut(i).fill(0.0);
-                covariance[(i, i)] = sigma * sigma;
-                self.kalman.state[i] = 0.0;
+            for row in [navigation::VELOCITY_EAST, navigation::VELOCITY_NORTH] {
+                self.kalman.forget(row, sigma * sigma);
             }
             (state.velocity, [0.0; 2])
         } else {
@@ -250,12 +280,20 @@ impl ErrorFilter {
             ];
             let grown = crossing.velocity_sigma_m_s.powi(2);
             for (position, velocity, scale) in [
-                (LATITUDE, VELOCITY + 1, to_angle[0]),
-                (LONGITUDE, VELOCITY, to_angle[1]),
+                (
+                    navigation::LATITUDE,
+                    navigation::VELOCITY_NORTH,
+                    to_angle[0],
+                ),
+                (
+                    navigation::LONGITUDE,
+                    navigation::VELOCITY_EAST,
+                    to_angle[1],
+                ),
             ] {
-                let variance = covariance[(velocity, velocity)] + grown;
-                covariance[(position, position)] += variance * scale * scale;
-                covariance[(velocity, velocity)] = variance;
+                self.kalman.add_variance(velocity, grown);
+                let variance = self.kalman.covariance()[(velocity, velocity)];
+                self.kalman.add_variance(position, variance * scale * scale);
             }
             let v = state.velocity;
             (Vector3::zeros(), [-v.y * to_angle[0], -v.x * to_angle[1]])
@@ -263,6 +301,16 @@ impl ErrorFilter {
         self.strapdown
             .correct(&turned.scaled_axis(), &velocity_error, position_error);
         self.strapdown.break_stream();
+        Ok(())
+    }
+
+    /// Replaces what is known of the sensors, from outside. The covariance stays.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where the sensor errors cannot be inverted.
+    pub fn set_sensor_errors(&mut self, errors: &SensorErrors) -> Result<(), Error> {
+        self.compensation = errors.compensation()?;
+        Ok(())
     }
 
     /// Attitude, velocity and position, as the mechanization has them.
@@ -270,33 +318,52 @@ impl ErrorFilter {
         self.strapdown.state()
     }
 
-    /// Gyroscope drift ε \[rad/s\]: what has been fed back plus what the state holds.
-    pub fn gyroscope_drift(&self) -> Vector3<f64> {
-        self.gyroscope_drift + self.kalman.state.fixed_rows::<3>(DRIFT)
+    /// What is taken out of the samples.
+    pub fn compensation(&self) -> &Compensation {
+        &self.compensation
     }
 
-    /// Accelerometer bias ∇ \[m/s²\]: what has been fed back plus what the state holds.
-    pub fn accelerometer_bias(&self) -> Vector3<f64> {
-        self.accelerometer_bias + self.kalman.state.fixed_rows::<3>(BIAS)
+    /// The sensor errors: what has been fed back plus what the state holds.
+    pub fn sensor_errors(&self) -> SensorErrors {
+        let mut errors = *self.compensation.errors();
+        G::correct_sensors(self.kalman.state(), &mut errors);
+        errors
     }
 
-    /// The state vector with the sensor errors whole: δL, δλ, δv, φ not yet fed back, and ∇, ε since the start.
-    pub fn state(&self) -> StateVector {
-        let mut x = self.kalman.state;
-        x.fixed_rows_mut::<3>(BIAS)
-            .copy_from(&self.accelerometer_bias());
-        x.fixed_rows_mut::<3>(DRIFT)
-            .copy_from(&self.gyroscope_drift());
-        x
+    /// The state vector with the sensor errors whole: navigation errors not yet fed back, and sensor errors since the start.
+    pub fn state(&self) -> SVector<f64, N> {
+        G::found(self.compensation.errors()) + self.kalman.state()
     }
 
     /// Covariance of the state.
-    pub fn covariance(&self) -> &StateMatrix {
-        &self.kalman.covariance
+    pub fn covariance(&self) -> &SMatrix<f64, N, N> {
+        self.kalman.covariance()
     }
 
     /// One-sigma of the state.
-    pub fn sigma(&self) -> StateVector {
+    pub fn sigma(&self) -> SVector<f64, N> {
         self.kalman.sigma()
+    }
+
+    /// State and covariance with their names.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where a value is not finite.
+    pub fn estimate(&self) -> Result<StateEstimate, Error> {
+        StateEstimate::new(
+            self.state().as_slice().to_vec(),
+            G::named(self.kalman.covariance())?,
+        )
+    }
+}
+
+/// The error with the name of the state in it.
+fn name_state<G: Model<M, N>, const M: usize, const N: usize>(error: Error) -> Error {
+    match error {
+        Error::Variance { state, value } => Error::Diverged {
+            state: G::STATES[state.min(N - 1)].name,
+            variance: value,
+        },
+        other => other,
     }
 }

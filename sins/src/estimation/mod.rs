@@ -1,6 +1,17 @@
-//! The 13-state error filter: its states, its covariance arithmetic, and the loop that closes it round the mechanization.
+//! The error filter, made of groups: states and their names, covariance arithmetic, measurements, and the loop that closes it
+//! round the mechanization.
+//!
+//! x = \[navigation | parameters\]. A [`model`] is a list of [`groups`]; the [`filter`] is generic over it. Outside the filter
+//! nothing is generic: an estimate is a list of named [`state`]s with a covariance.
 
+#[cfg(test)]
+mod column_test;
 pub mod consistency;
 pub mod error_state;
 pub mod filter;
+pub mod group;
+pub mod groups;
 pub mod kalman;
+pub mod measurement;
+pub mod model;
+pub mod state;

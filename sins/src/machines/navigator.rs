@@ -17,7 +17,8 @@ use crate::earth::Position;
 use crate::earth::rotation::base_link_to_block;
 use crate::error::Error;
 use crate::estimation::error_state::{BIAS, DRIFT, StateMatrix};
-use crate::estimation::filter::{ErrorFilter, Loop};
+use crate::estimation::filter::Loop;
+use crate::estimation::model::{Model, Paper, PaperFilter};
 use crate::machines::self_calibration::{
     Calibration, Estimator, Event as AlignmentEvent, Settings, default_noise,
 };
@@ -177,33 +178,28 @@ pub enum NavigatorEvent {
 /// One mechanization with its covariance.
 #[derive(Clone, Debug)]
 struct Channel {
-    compensation: Compensation,
-    filter: ErrorFilter,
+    filter: PaperFilter,
 }
 
 impl Channel {
-    fn advance(&mut self, interval: &Interval, passage: Option<&Passage>) {
+    fn advance(&mut self, interval: &Interval, passage: Option<&Passage>) -> Result<(), Error> {
         match passage {
-            Some(Passage::Held(crossing)) => {
-                self.filter.cross(crossing);
-                return;
-            }
+            Some(Passage::Held(crossing)) => return self.filter.cross(crossing),
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(*angle, *velocity),
             None => {}
         }
-        self.filter.propagate(&compensated_increment(
-            &self.compensation,
-            &interval.increment,
-        ));
+        self.filter.propagate(&interval.increment);
         if self.filter.pending_s() >= COVARIANCE_STEP_S {
-            self.filter.step();
+            self.filter.step()?;
         }
+        Ok(())
     }
 
     fn solution(&self, table: &UnitQuaternion<f64>, sample: &ImuSample) -> Solution {
         let navigation = *self.filter.navigation();
         let (angular_rate, specific_force) = self
-            .compensation
+            .filter
+            .compensation()
             .apply(&sample.angular_rate, &sample.specific_force);
         Solution {
             navigation,
@@ -440,7 +436,7 @@ impl Navigator {
     fn take_calibration(&mut self, calibration: Calibration) -> Result<(), Error> {
         let compensation = calibration.errors.compensation()?;
         if let Stage::Navigating(channels) = &mut self.stage {
-            channels[0].compensation = compensation;
+            channels[0].filter.set_sensor_errors(&calibration.errors)?;
         } else {
             let is_covered =
                 self.history
@@ -450,7 +446,7 @@ impl Navigator {
                         first.0.stamp <= calibration.stamp && last.0.stamp >= calibration.stamp
                     });
             if is_covered && self.settings.start_from_calibration {
-                self.start_from(&calibration, &compensation)?;
+                self.start_from(&calibration)?;
             } else {
                 self.align(&calibration, &compensation)?;
             }
@@ -541,11 +537,28 @@ impl Navigator {
                 held: matches!(passage, Passage::Held(_)),
             });
         }
-        if let Stage::Navigating(channels) = &mut self.stage {
-            channels
-                .iter_mut()
-                .for_each(|channel| channel.advance(interval, passage.as_ref()));
+        let Stage::Navigating(channels) = &mut self.stage else {
+            return;
+        };
+        let advanced = channels
+            .iter_mut()
+            .try_for_each(|channel| channel.advance(interval, passage.as_ref()));
+        if let Err(error) = advanced {
+            // Numbers that are none do not come back.
+            self.fail(interval.stamp, &error);
+            if let Some((calibration, compensation)) = self.calibration.clone()
+                && let Err(error) = self.align(&calibration, &compensation)
+            {
+                self.fail(interval.stamp, &error);
+                self.stage = Stage::Waiting;
+            }
         }
+    }
+
+    fn fail(&mut self, stamp: Stamp, error: &Error) {
+        let reason = error.to_string();
+        self.events
+            .push_back(NavigatorEvent::AlignmentFailed { stamp, reason });
     }
 
     /// The way over a hole: that of a moored ship where she lies, by the compensated solution.
@@ -589,23 +602,19 @@ impl Navigator {
     }
 
     /// Starts at the calibration's stamp and catches up through the samples since.
-    fn start_from(
-        &mut self,
-        calibration: &Calibration,
-        compensation: &Compensation,
-    ) -> Result<(), Error> {
+    fn start_from(&mut self, calibration: &Calibration) -> Result<(), Error> {
         let start = NavigationState {
             attitude: calibration.attitude,
             velocity: Vector3::zeros(),
             position: calibration.position,
         };
-        let mut channels = self.channels(start, compensation, &calibration.covariance)?;
+        let mut channels = self.channels(start, &calibration.errors, &calibration.covariance)?;
         let intervals = self.history.iter().filter_map(|(_, i)| i.as_ref());
         for interval in intervals.filter(|interval| interval.stamp > calibration.stamp) {
             let passage = self.passage(interval);
-            channels
-                .iter_mut()
-                .for_each(|channel| channel.advance(interval, passage.as_ref()));
+            for channel in channels.iter_mut() {
+                channel.advance(interval, passage.as_ref())?;
+            }
         }
         self.stage = Stage::Navigating(channels);
         Ok(())
@@ -614,26 +623,28 @@ impl Navigator {
     fn channels(
         &self,
         start: NavigationState,
-        compensation: &Compensation,
+        errors: &SensorErrors,
         covariance: &StateMatrix,
     ) -> Result<Box<[Channel; 2]>, Error> {
         let noise = self.noise();
+        let model = self.settings.alignment.prior.model();
         // What is not taken out is as uncertain as it was before calibration.
-        let mut raw = *covariance;
-        let prior = self.settings.alignment.prior.covariance(&start);
-        raw.fixed_view_mut::<13, 6>(0, BIAS).fill(0.0);
-        raw.fixed_view_mut::<6, 13>(BIAS, 0).fill(0.0);
-        raw.fixed_view_mut::<6, 6>(BIAS, BIAS)
-            .copy_from(&prior.fixed_view::<6, 6>(BIAS, BIAS));
+        let prior = model.initial_covariance(&start);
+        let raw = StateMatrix::from_fn(|row, column| {
+            let both_move = row < Paper::M && column < Paper::M;
+            if both_move {
+                covariance[(row, column)]
+            } else {
+                prior[(row, column)]
+            }
+        });
+        let channel = |errors: &SensorErrors, covariance: StateMatrix| {
+            PaperFilter::new(model, start, errors, covariance, noise, Loop::Open)
+                .map(|filter| Channel { filter })
+        };
         Ok(Box::new([
-            Channel {
-                compensation: *compensation,
-                filter: ErrorFilter::new(start, *covariance, noise, Loop::Open),
-            },
-            Channel {
-                compensation: SensorErrors::default().compensation()?,
-                filter: ErrorFilter::new(start, raw, noise, Loop::Open),
-            },
+            channel(errors, *covariance)?,
+            channel(&SensorErrors::default(), raw)?,
         ]))
     }
 
@@ -743,15 +754,9 @@ impl Navigator {
             estimate.gyroscope_drift() + errors.gyroscope_matrix * estimate.gyroscope_drift();
         errors.accelerometer_bias += estimate.accelerometer_bias()
             + errors.accelerometer_matrix * estimate.accelerometer_bias();
-        let channels = errors.compensation().and_then(|compensation| {
-            self.channels(estimate.navigation, &compensation, &estimate.covariance)
-        });
-        match channels {
+        match self.channels(estimate.navigation, &errors, &estimate.covariance) {
             Ok(channels) => self.stage = Stage::Navigating(channels),
-            Err(error) => self.events.push_back(NavigatorEvent::AlignmentFailed {
-                stamp: sample.stamp,
-                reason: error.to_string(),
-            }),
+            Err(error) => self.fail(sample.stamp, &error),
         }
     }
 }

@@ -76,10 +76,20 @@ impl SensorErrors {
                 return Err(Error::setting(name, v, "finite numbers"));
             }
         }
+        let zero = Matrix3::zeros();
+        if self.gyroscope_matrix == zero && self.accelerometer_matrix == zero {
+            return Ok(Compensation {
+                errors: *self,
+                gyroscope_inverse: Matrix3::identity(),
+                accelerometer_inverse: Matrix3::identity(),
+                constant: true,
+            });
+        }
         Ok(Compensation {
             errors: *self,
             gyroscope_inverse: invert("gyroscope_matrix", &self.gyroscope_matrix)?,
             accelerometer_inverse: invert("accelerometer_matrix", &self.accelerometer_matrix)?,
+            constant: false,
         })
     }
 }
@@ -90,12 +100,42 @@ pub struct Compensation {
     errors: SensorErrors,
     gyroscope_inverse: Matrix3<f64>,
     accelerometer_inverse: Matrix3<f64>,
+    /// Whether both inverses are identities.
+    constant: bool,
 }
 
 impl Compensation {
     /// The errors that are taken out.
     pub fn errors(&self) -> &SensorErrors {
         &self.errors
+    }
+
+    /// (I + K_g)⁻¹.
+    pub fn gyroscope_inverse(&self) -> &Matrix3<f64> {
+        &self.gyroscope_inverse
+    }
+
+    /// (I + K_a)⁻¹.
+    pub fn accelerometer_inverse(&self) -> &Matrix3<f64> {
+        &self.accelerometer_inverse
+    }
+
+    /// True angle \[rad\] and velocity \[m/s\] gathered over an interval, from measured ones.
+    pub fn apply_increment(
+        &self,
+        interval_s: f64,
+        angle: &Vector3<f64>,
+        velocity: &Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let angle = angle - self.errors.gyroscope_drift * interval_s;
+        let velocity = velocity - self.errors.accelerometer_bias * interval_s;
+        if self.constant {
+            return (angle, velocity);
+        }
+        (
+            self.gyroscope_inverse * angle,
+            self.accelerometer_inverse * velocity,
+        )
     }
 
     /// True rate \[rad/s\] and specific force \[m/s²\] from measured ones.
@@ -128,6 +168,12 @@ mod tests {
             .unwrap()
             .apply(&measured_w, &measured_f);
         assert!((back_w - w).norm() < 1e-16 && (back_f - f).norm() < 1e-14);
+        let (angle, velocity) = errors.compensation().unwrap().apply_increment(
+            0.01,
+            &(measured_w * 0.01),
+            &(measured_f * 0.01),
+        );
+        assert!((angle - w * 0.01).norm() < 1e-17 && (velocity - f * 0.01).norm() < 1e-15);
     }
 
     /// A matrix that folds space is refused with its name.

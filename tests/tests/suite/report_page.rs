@@ -139,7 +139,7 @@ fn broken_page_is_found_out() {
             "<svg width='0' height='0'></svg></main>",
             "broken_pictures",
         ),
-        ("viewBox=\"0 0 2000", "viewBox=\"0 0 1500", "is cut off"),
+        ("viewBox=\"0 0 1000", "viewBox=\"0 0 750", "is cut off"),
         (
             "href=\"#section-topics\"",
             "href=\"#nowhere\"",

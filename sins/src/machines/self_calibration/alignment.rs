@@ -40,7 +40,10 @@ impl Gathering {
     pub(super) fn take(&mut self, interval: Interval, sample: &ImuSample, turntable: &Turntable) {
         let mut increment = interval.increment;
         if let Some(known) = &self.known {
-            increment = increment.without(&known.gyroscope_drift, &known.accelerometer_bias);
+            increment = increment.without(
+                &known.errors.gyroscope_drift,
+                &known.errors.accelerometer_bias,
+            );
         }
         if let Some(turned) = interval.hole.as_ref().and_then(|hole| hole.turned)
             && turned.from != turned.to

@@ -13,10 +13,11 @@ use super::{Estimate, Event, Phase, SampleReport, Settings, Thresholds};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
-use crate::estimation::filter::{ErrorFilter, Loop};
+use crate::estimation::filter::Loop;
+use crate::estimation::model::{Model, PaperFilter};
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
-use crate::sensor::ImuSample;
+use crate::sensor::{ImuSample, SensorErrors};
 use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};
 use crate::time::Stamp;
@@ -160,7 +161,14 @@ impl Estimator {
             Stage::Idle => {}
             Stage::Running(run) => {
                 let stamp = interval.stamp;
-                let advance = run.advance(&interval, &self.settings);
+                let advance = match run.advance(&interval, &self.settings) {
+                    Ok(advance) => advance,
+                    Err(error) => {
+                        // Numbers that are none do not come back: everything is found anew.
+                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, None)));
+                        return self.fail(stamp, &error, stream);
+                    }
+                };
                 self.missing_velocities += u64::from(advance.velocity_missing);
                 if let Some(passage) = advance.passage {
                     let seconds = interval.increment.interval_s;
@@ -175,10 +183,8 @@ impl Estimator {
                 gathering.take(interval, sample, &self.settings.turntable);
                 let seconds = gathering.seconds();
                 if self.position.is_some() && seconds >= self.settings.coarse_alignment_s {
-                    if let Err(Error::Alignment { reason }) = self.start_filter(stream) {
-                        self.events
-                            .push_back(Event::AlignmentFailed { stamp, reason });
-                        self.tell_phase(stamp, stream);
+                    if let Err(error) = self.start_filter(stream) {
+                        self.fail(stamp, &error, stream);
                     }
                 } else if seconds >= 2.0 * self.settings.coarse_alignment_s {
                     // Still no position: gather afresh rather than without end.
@@ -189,6 +195,16 @@ impl Estimator {
                 }
             }
         }
+    }
+
+    fn fail(&mut self, stamp: Stamp, error: &Error, stream: &Stream) {
+        let reason = match error {
+            Error::Alignment { reason } => format!("coarse alignment: {reason}"),
+            other => other.to_string(),
+        };
+        self.events
+            .push_back(Event::AlignmentFailed { stamp, reason });
+        self.tell_phase(stamp, stream);
     }
 
     /// No more will come: an alignment that has gathered enough is finished with what there is.
@@ -246,15 +262,14 @@ impl Estimator {
             velocity: Vector3::zeros(),
             position,
         };
-        let mut covariance = self.settings.prior.covariance(&place);
+        let model = self.settings.prior.model();
+        let mut covariance = model.initial_covariance(&place);
         let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
         if let Some(known) = &known {
             known.put_into(&mut covariance, last, &self.settings.walk);
         }
-        let mut filter = ErrorFilter::new(place, covariance, noise, Loop::Open);
-        if let Some(known) = &known {
-            filter = filter.with_sensor_errors(known.gyroscope_drift, known.accelerometer_bias);
-        }
+        let errors = known.map_or_else(SensorErrors::default, |known| known.errors);
+        let filter = PaperFilter::new(model, place, &errors, covariance, noise, Loop::Open)?;
         let schedule = Schedule::new(gathering.start, self.settings.step_s);
         let mut run = Running {
             filter,
@@ -271,7 +286,7 @@ impl Estimator {
         };
         let mut last_update = None;
         for interval in &gathering.backlog {
-            let advance = run.advance(interval, &self.settings);
+            let advance = run.advance(interval, &self.settings)?;
             self.missing_velocities += u64::from(advance.velocity_missing);
             if advance.stepped {
                 last_update = Some(interval.stamp);

@@ -39,7 +39,7 @@ pub enum Event {
         /// The encoders told the turn, and nothing was integrated.
         held: bool,
     },
-    /// Coarse alignment failed and begins anew.
+    /// Coarse alignment failed, or the filter is of no more use; alignment begins anew.
     AlignmentFailed {
         /// The last sample of it.
         stamp: Stamp,

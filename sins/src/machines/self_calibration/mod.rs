@@ -79,7 +79,7 @@ use crate::time::Stamp;
 ///             Event::PhaseChanged { to, .. } => phases.push(to),
 ///             Event::Restarted { cause, .. } => eprintln!("alignment starts anew: {cause}"),
 ///             Event::HoleCrossed { seconds, .. } => eprintln!("a hole of {seconds} s"),
-///             Event::AlignmentFailed { reason, .. } => eprintln!("coarse alignment: {reason}"),
+///             Event::AlignmentFailed { reason, .. } => eprintln!("{reason}"),
 ///             Event::Refused(refused) => eprintln!("{:?}: {}", refused.stamp, refused.why),
 ///         }
 ///     }

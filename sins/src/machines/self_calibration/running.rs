@@ -7,8 +7,9 @@ use super::aiding::{Aiding, Due};
 use super::judge::Judge;
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
-use crate::estimation::filter::ErrorFilter;
-use crate::estimation::kalman::Innovation;
+use crate::error::Error;
+use crate::estimation::measurement::{Innovation, Outcome};
+use crate::estimation::model::PaperFilter;
 use crate::machines::unseen_motion::Passage;
 use crate::stream::{Hole, Interval};
 use crate::time::Stamp;
@@ -27,7 +28,7 @@ pub(super) struct Advance {
 /// The filter with its aiding and its judge.
 #[derive(Clone, Debug)]
 pub(super) struct Running {
-    pub(super) filter: ErrorFilter,
+    pub(super) filter: PaperFilter,
     pub(super) start: Stamp,
     pub(super) last: Stamp,
     pub(super) aiding: Aiding,
@@ -41,13 +42,20 @@ pub(super) struct Running {
 
 impl Running {
     /// Propagates, and at the end of a covariance step updates.
-    pub(super) fn advance(&mut self, interval: &Interval, settings: &Settings) -> Advance {
+    ///
+    /// # Errors
+    /// As [`ErrorFilter::step`](crate::estimation::filter::ErrorFilter::step): the filter is of no more use.
+    pub(super) fn advance(
+        &mut self,
+        interval: &Interval,
+        settings: &Settings,
+    ) -> Result<Advance, Error> {
         let passage = interval.hole.as_ref().map(|hole| passage(hole, settings));
         let mut held = false;
         match passage {
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(angle, velocity),
             Some(Passage::Held(crossing)) => {
-                self.filter.cross(&crossing);
+                self.filter.cross(&crossing)?;
                 held = true;
             }
             None => {}
@@ -61,22 +69,25 @@ impl Running {
             ..Advance::default()
         };
         match self.aiding.due(interval) {
-            Due::Nothing => return advance,
+            Due::Nothing => return Ok(advance),
             Due::Step => {
-                self.filter.step();
+                self.filter.step()?;
                 advance.velocity_missing = true;
             }
             Due::Update(measurement) => {
-                self.filter.step();
-                let innovations = self.filter.update_velocity(&measurement);
-                let normalized = innovations.iter().map(Innovation::normalized_squared);
-                self.judge.take(normalized.sum());
+                self.filter.step()?;
+                let outcomes = self.filter.update_velocity(&measurement, None);
+                // A component that was left out says nothing of the pair.
+                if let [Some(east), Some(north)] = outcomes.each_ref().map(Outcome::innovation) {
+                    let normalized = [east, north].map(|i| Innovation::normalized_squared(&i));
+                    self.judge.take(normalized.iter().sum());
+                }
             }
         }
         advance.stepped = true;
         let attitude = self.filter.navigation().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
-        advance
+        Ok(advance)
     }
 
     /// What it knows of the sensors.

@@ -1,9 +1,10 @@
 //! What is known of the sensors: it outlives every hole, jump and restart.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::SMatrix;
 
 use crate::estimation::error_state::{BIAS, DRIFT, StateMatrix};
-use crate::estimation::filter::ErrorFilter;
+use crate::estimation::model::PaperFilter;
+use crate::sensor::SensorErrors;
 use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
 
@@ -32,8 +33,7 @@ impl Default for SensorWalk {
 pub(super) struct SensorKnowledge {
     /// When it was learnt.
     pub(super) stamp: Stamp,
-    pub(super) gyroscope_drift: Vector3<f64>,
-    pub(super) accelerometer_bias: Vector3<f64>,
+    pub(super) errors: SensorErrors,
     /// In the order of the state vector.
     covariance: SMatrix<f64, 6, 6>,
     /// The block has turned, so that they have come apart from the attitude.
@@ -42,11 +42,10 @@ pub(super) struct SensorKnowledge {
 
 impl SensorKnowledge {
     /// What a filter knows.
-    pub(super) fn of(filter: &ErrorFilter, stamp: Stamp, turned: bool) -> Self {
+    pub(super) fn of(filter: &PaperFilter, stamp: Stamp, turned: bool) -> Self {
         Self {
             stamp,
-            gyroscope_drift: filter.gyroscope_drift(),
-            accelerometer_bias: filter.accelerometer_bias(),
+            errors: filter.sensor_errors(),
             covariance: filter.covariance().fixed_view::<6, 6>(BIAS, BIAS).into(),
             turned,
         }

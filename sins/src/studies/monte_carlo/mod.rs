@@ -17,7 +17,8 @@ use crate::error::Error;
 use crate::estimation::error_state::{
     BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, StateMatrix, StateVector, VELOCITY,
 };
-use crate::estimation::filter::{ErrorFilter, InitialUncertainty, Loop, VelocityMeasurement};
+use crate::estimation::filter::{InitialUncertainty, Loop, VelocityMeasurement};
+use crate::estimation::model::{Model, PaperFilter};
 use crate::machines::self_calibration::{Calibration, Phase};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::Increment;
@@ -194,7 +195,7 @@ struct Trial {
     run: u64,
     imu: ImuErrors,
     truth: TrueErrors,
-    filter: ErrorFilter,
+    filter: PaperFilter,
     random: Xoshiro256PlusPlus,
     snapshots: Vec<Snapshot>,
 }
@@ -256,7 +257,7 @@ impl MonteCarlo {
             let half = 0.5e-9 * tick.truth.interval_nanos as f64;
             let step = time_s + half >= next_step_s;
             for trial in &mut trials {
-                self.advance(trial, &tick, step);
+                self.advance(trial, &tick, step)?;
             }
             if step {
                 next_step_s += 1.0;
@@ -288,7 +289,8 @@ impl MonteCarlo {
             self.seed
                 .wrapping_add(run.wrapping_mul(0x9E37_79B9_7F4A_7C15)),
         );
-        let covariance = self.initial.covariance(start);
+        let model = self.initial.model();
+        let covariance = model.initial_covariance(start);
         let truth = self.errors.unwrap_or_else(|| {
             TrueErrors::from_state(&StateVector::from_fn(|i, _| {
                 let normal: f64 = StandardNormal.sample(&mut random);
@@ -312,13 +314,20 @@ impl MonteCarlo {
             run,
             imu: ImuErrors::new(imu, rand::Rng::next_u64(&mut random))?,
             truth,
-            filter: ErrorFilter::new(computed, covariance, self.assumed_noise, Loop::Closed),
+            filter: PaperFilter::new(
+                model,
+                computed,
+                &SensorErrors::default(),
+                covariance,
+                self.assumed_noise,
+                Loop::Closed,
+            )?,
             random,
             snapshots: Vec::with_capacity(self.snapshots_s.len()),
         })
     }
 
-    fn advance(&self, trial: &mut Trial, tick: &Tick, step: bool) {
+    fn advance(&self, trial: &mut Trial, tick: &Tick, step: bool) -> Result<(), Error> {
         let sample = trial.imu.measure(&tick.truth);
         let interval_s = tick.truth.interval_nanos as f64 / 1e9;
         trial.filter.propagate(&Increment::from_averages(
@@ -327,7 +336,7 @@ impl MonteCarlo {
             &sample.specific_force,
         ));
         if step {
-            trial.filter.step();
+            trial.filter.step()?;
             let sigma = self.velocity_sigma_m_s;
             let east_north = [0, 1].map(|_| {
                 let normal: f64 = StandardNormal.sample(&mut trial.random);
@@ -337,11 +346,13 @@ impl MonteCarlo {
                     0.0
                 }
             });
-            trial.filter.update_velocity(&VelocityMeasurement {
+            let measurement = VelocityMeasurement {
                 east_north,
                 sigma: [sigma; 2],
-            });
+            };
+            trial.filter.update_velocity(&measurement, None);
         }
+        Ok(())
     }
 }
 
@@ -351,10 +362,7 @@ impl Trial {
         Calibration {
             stamp,
             phase: Phase::Calibrating,
-            errors: SensorErrors::constant(
-                self.filter.gyroscope_drift(),
-                self.filter.accelerometer_bias(),
-            ),
+            errors: self.filter.sensor_errors(),
             attitude: navigation.attitude,
             position: Position {
                 latitude_rad: navigation.position.latitude_rad,
@@ -369,6 +377,7 @@ impl Trial {
 
     fn snapshot(&self, time_s: f64, truth: &NavigationState) -> Snapshot {
         let computed = self.filter.navigation();
+        let found = self.filter.sensor_errors();
         let mut error = StateVector::zeros();
         error[LATITUDE] = computed.position.latitude_rad - truth.position.latitude_rad;
         error[LONGITUDE] = computed.position.longitude_rad - truth.position.longitude_rad;
@@ -379,10 +388,10 @@ impl Trial {
             .copy_from(&-(computed.attitude * truth.attitude.inverse()).scaled_axis());
         error
             .fixed_rows_mut::<3>(BIAS)
-            .copy_from(&(self.truth.accelerometer_bias - self.filter.accelerometer_bias()));
+            .copy_from(&(self.truth.accelerometer_bias - found.accelerometer_bias));
         error
             .fixed_rows_mut::<3>(DRIFT)
-            .copy_from(&(self.truth.gyroscope_drift - self.filter.gyroscope_drift()));
+            .copy_from(&(self.truth.gyroscope_drift - found.gyroscope_drift));
         Snapshot {
             time_s,
             error,

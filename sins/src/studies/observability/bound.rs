@@ -7,7 +7,10 @@ use super::Setting;
 use super::path::Path;
 use crate::error::Error;
 use crate::estimation::error_state::{StateVector, VELOCITY};
-use crate::estimation::kalman::Kalman;
+use crate::estimation::groups::navigation::sensor_noise_rate;
+use crate::estimation::kalman::{Kalman, ProcessNoise};
+use crate::estimation::measurement::{Measurement, Row};
+use crate::estimation::model::{Model, Paper};
 use crate::table::scheme::Program;
 
 /// One-sigma of the states at one time.
@@ -25,10 +28,8 @@ pub struct BoundPoint {
 /// [`Error`] where the ship or the program means nothing.
 pub fn bound(program: &Program, setting: &Setting, every_s: u32) -> Result<Vec<BoundPoint>, Error> {
     setting.ship.validate()?;
-    let mut kalman = Kalman {
-        state: StateVector::zeros(),
-        covariance: setting.initial.covariance(&setting.place()),
-    };
+    let model = setting.initial.model();
+    let mut kalman = Kalman::new(model.initial_covariance(&setting.place()))?;
     let variance = setting.velocity_sigma_m_s.powi(2);
     let steps = setting.duration_s.round() as u32;
     let mut points = vec![BoundPoint {
@@ -37,12 +38,14 @@ pub fn bound(program: &Program, setting: &Setting, every_s: u32) -> Result<Vec<B
     }];
     for (index, step) in (1..=steps).zip(Path::new(program, &setting.ship, setting.duration_s)) {
         let step = step?;
-        // Noise by the trapezoid, as the filter has it.
-        let noise = step.end.process_noise_rate(&setting.noise) * 0.5;
-        kalman.covariance += noise;
-        kalman.propagate(&step.mean.transition(1.0), &noise);
+        let noise = ProcessNoise {
+            moving: sensor_noise_rate::<{ Paper::M }>(&setting.noise, &step.end, None),
+            walk: model.walk(),
+        };
+        let transition = setting.dynamics(&step.mean).transition();
+        kalman.propagate(&transition, &noise)?;
         for axis in 0..2 {
-            kalman.update(VELOCITY + axis, 0.0, variance);
+            kalman.update(&Measurement::new(Row::unit(VELOCITY + axis), 0.0, variance));
         }
         if index % every_s.max(1) == 0 || index == steps {
             points.push(BoundPoint {

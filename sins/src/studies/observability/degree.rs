@@ -12,6 +12,7 @@ use super::path::Path;
 use super::stripped::{singular, triangle};
 use crate::error::Error;
 use crate::estimation::error_state::{STATES, StateMatrix, StateVector, VELOCITY};
+use crate::estimation::model::Model;
 use crate::table::scheme::Program;
 
 /// Steps whose rows are gathered before they are made a triangle again.
@@ -55,11 +56,7 @@ pub struct Degrees {
 /// [`Error`] where the ship or the program means nothing.
 pub fn degrees(program: &Program, setting: &Setting) -> Result<Degrees, Error> {
     setting.ship.validate()?;
-    let before = setting
-        .initial
-        .covariance(&setting.place())
-        .diagonal()
-        .map(f64::sqrt);
+    let before = setting.initial.model().prior(&setting.place());
     let scale = StateMatrix::from_diagonal(&(before / setting.velocity_sigma_m_s));
     let mut transition = StateMatrix::identity();
     let mut seen = DMatrix::<f64>::zeros(0, STATES);
@@ -69,7 +66,7 @@ pub fn degrees(program: &Program, setting: &Setting) -> Result<Degrees, Error> {
         if step.time_s > setting.duration_s + 0.5 {
             break;
         }
-        transition = step.mean.transition(1.0) * transition;
+        transition = setting.dynamics(&step.mean).transition().dense() * transition;
         rows.push(transition.fixed_rows::<2>(VELOCITY) * scale);
         if rows.len() == GATHERED {
             seen = gather(&seen, &mut rows);

@@ -15,8 +15,13 @@ pub mod global;
 mod path;
 pub mod stripped;
 
-use crate::earth::Position;
+use nalgebra::Matrix3;
+
+use crate::earth::{LocalEarth, Position};
 use crate::estimation::filter::InitialUncertainty;
+use crate::estimation::group::{Interval, Span};
+use crate::estimation::kalman::Dynamics;
+use crate::estimation::model::{Model, Paper};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{NoiseReading, Ship};
@@ -50,7 +55,30 @@ impl Default for Setting {
     }
 }
 
+/// A = F · 1 s of the paper's states for a block at rest on the earth, with the mean C_b^n of that second.
+fn dynamics_at_rest(
+    model: &Paper,
+    earth: LocalEarth,
+    body_to_navigation: &Matrix3<f64>,
+) -> Dynamics<{ Paper::M }, { Paper::N }> {
+    let up = nalgebra::Vector3::z() * earth.gravity_m_s2;
+    let mut gathered = <Paper as Model<{ Paper::M }, { Paper::N }>>::Gathered::default();
+    let span = Span {
+        attitude: *body_to_navigation,
+        angular_rate: body_to_navigation.transpose() * earth.earth_rate(),
+        specific_force: body_to_navigation.transpose() * up,
+    };
+    Paper::gather(&mut gathered, &span);
+    let interval = Interval::constant(1.0, earth, nalgebra::Vector3::zeros(), up);
+    model.dynamics(&gathered, &interval)
+}
+
 impl Setting {
+    fn dynamics(&self, body_to_navigation: &Matrix3<f64>) -> Dynamics<{ Paper::M }, { Paper::N }> {
+        let earth = LocalEarth::at(self.ship.latitude_rad, self.ship.height_m);
+        dynamics_at_rest(&self.initial.model(), earth, body_to_navigation)
+    }
+
     /// The ship's attitude and position, at rest, with both joints at zero.
     fn place(&self) -> NavigationState {
         let ship = self.ship.at(0.0);

@@ -1,10 +1,8 @@
 //! The way of the block through a program, in covariance steps.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
-use crate::earth::LocalEarth;
 use crate::error::Error;
-use crate::estimation::error_state::Linearization;
 use crate::simulation::Ship;
 use crate::table::Trajectory;
 use crate::table::scheme::{Program, Segment, SegmentKind};
@@ -19,10 +17,10 @@ const PARTS: i64 = 10;
 pub(super) struct PathStep {
     /// Its end, from the start of the program \[s\].
     pub time_s: f64,
-    /// Mean over the step.
-    pub mean: Linearization,
-    /// At its end.
-    pub end: Linearization,
+    /// C_b^n, mean over the step.
+    pub mean: Matrix3<f64>,
+    /// C_b^n at its end.
+    pub end: Matrix3<f64>,
 }
 
 /// Iterator over the steps of a program, without end.
@@ -32,10 +30,9 @@ pub(super) struct Path<'a> {
     current: usize,
     motion: Option<Trajectory>,
     ship: Matrix3<f64>,
-    earth: LocalEarth,
     now: i64,
     /// Mean of a step at rest in the present dwell.
-    resting: Option<Linearization>,
+    resting: Option<Matrix3<f64>>,
 }
 
 impl<'a> Path<'a> {
@@ -55,7 +52,6 @@ impl<'a> Path<'a> {
             current: 0,
             motion: None,
             ship: ship.at(0.0).attitude.to_rotation_matrix().into_inner(),
-            earth: LocalEarth::at(ship.latitude_rad, ship.height_m),
             now: 0,
             resting: None,
         }
@@ -102,15 +98,6 @@ impl<'a> Path<'a> {
         Ok(self.ship * self.program.table.attitude(angles).to_rotation_matrix())
     }
 
-    fn linearization(&self, body_to_navigation: Matrix3<f64>) -> Linearization {
-        Linearization {
-            earth: self.earth,
-            velocity: Vector3::zeros(),
-            specific_force: Vector3::z() * self.earth.gravity_m_s2,
-            body_to_navigation,
-        }
-    }
-
     fn step(&mut self) -> Result<PathStep, Error> {
         let (from, to) = (self.now, self.now + STEP_NANOS);
         self.now = to;
@@ -127,16 +114,11 @@ impl<'a> Path<'a> {
         for part in 0..PARTS {
             sum += self.attitude(from + (2 * part + 1) * STEP_NANOS / (2 * PARTS))?;
         }
-        let mean = self.linearization(sum / PARTS as f64);
+        let mean = sum / PARTS as f64;
         if rests {
             self.resting = Some(mean);
         }
-        let end = if rests {
-            mean
-        } else {
-            let attitude = self.attitude(to)?;
-            self.linearization(attitude)
-        };
+        let end = if rests { mean } else { self.attitude(to)? };
         Ok(PathStep {
             time_s: to as f64 / 1e9,
             mean,

@@ -10,13 +10,15 @@
 
 use nalgebra::{DMatrix, SVector};
 
+use super::dynamics_at_rest;
 use crate::earth::LocalEarth;
 use crate::error::Error;
 use crate::estimation::error_state::{
-    BIAS, DRIFT, LATITUDE, LONGITUDE, Linearization, MISALIGNMENT, STATE_LABELS, STATES,
-    StateMatrix, StateVector, VELOCITY,
+    BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, STATE_LABELS, STATES, StateMatrix, StateVector,
+    VELOCITY,
 };
 use crate::simulation::Ship;
+use crate::studies::monte_carlo::paper_uncertainty;
 use crate::table::scheme::{Program, SegmentKind};
 
 /// Singular values below this part of the largest one count as zero.
@@ -73,13 +75,8 @@ pub fn ranks(program: &Program, ship: &Ship, cycles: u32) -> Result<Vec<RankAfte
             * program
                 .table
                 .attitude(program.target(segment.cycle, segment.step));
-        let f = Linearization {
-            earth,
-            velocity: nalgebra::Vector3::zeros(),
-            specific_force: nalgebra::Vector3::z() * earth.gravity_m_s2,
-            body_to_navigation: block.to_rotation_matrix().into_inner(),
-        }
-        .dynamics();
+        let attitude = block.to_rotation_matrix().into_inner();
+        let f = dynamics_at_rest(&paper_uncertainty().model(), earth, &attitude).dense();
         let natural = StateMatrix::from_fn(|i, j| f[(i, j)] * units[j] / units[i] / schuler);
         seen = triangle(&stack(&seen, &natural));
         ranks.push(RankAfterDwell {

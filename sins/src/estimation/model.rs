@@ -1,0 +1,282 @@
+//! A model is a list of groups. From the list come the number of states, their order, names and labels, and the filter.
+//!
+//! A further group is a line in a list; a further model is a list.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::filter::ErrorFilter;
+use super::group::{Coupling, Group, Interval, Span};
+use super::groups::bias::Bias;
+use super::groups::navigation::Navigation;
+use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
+use super::kalman::Dynamics;
+use super::state::{NamedCovariance, StateLabel};
+use crate::error::Error;
+use crate::mechanization::strapdown::{NavigationState, Strapdown};
+use crate::sensor::errors::SensorErrors;
+
+/// What a filter needs of its list of groups: `M` states that move, `N` in all. [`model!`] writes it.
+pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + PartialEq {
+    /// Labels of the states, in their order.
+    const STATES: [StateLabel; N];
+    /// Row of the vertical velocity, where a vertical channel is among the groups.
+    const VELOCITY_UP: Option<usize>;
+    /// What the groups gather.
+    type Gathered: Copy + Default + std::fmt::Debug;
+
+    /// One-sigma of all states before anything is measured.
+    fn prior(&self, place: &NavigationState) -> SVector<f64, N>;
+    /// Variance that the states gain a second by walking.
+    fn walk(&self) -> SVector<f64, N>;
+    /// Gathers one sampling interval.
+    fn gather(gathered: &mut Self::Gathered, span: &Span);
+    /// A = ∫F dt over the time since the last step.
+    fn dynamics(&self, gathered: &Self::Gathered, interval: &Interval) -> Dynamics<M, N>;
+    /// Takes errors out of the mechanization.
+    fn correct_navigation(x: &SVector<f64, N>, strapdown: &mut Strapdown);
+    /// Takes errors into the sensor model.
+    fn correct_sensors(x: &SVector<f64, N>, errors: &mut SensorErrors);
+    /// What the sensor model holds of the states; zero in the navigation.
+    fn found(errors: &SensorErrors) -> SVector<f64, N>;
+
+    /// Where a state stands.
+    fn position(name: &str) -> Option<usize> {
+        Self::STATES.iter().position(|state| state.name == name)
+    }
+
+    /// The diagonal P0 at a place.
+    fn initial_covariance(&self, place: &NavigationState) -> SMatrix<f64, N, N> {
+        let sigma = self.prior(place);
+        SMatrix::from_diagonal(&sigma.component_mul(&sigma))
+    }
+
+    /// A covariance over this model's states with their names.
+    ///
+    /// # Errors
+    /// As [`NamedCovariance::new`].
+    fn named(covariance: &SMatrix<f64, N, N>) -> Result<NamedCovariance, Error> {
+        NamedCovariance::new(
+            Self::STATES.iter().map(|state| state.name.into()).collect(),
+            nalgebra::DMatrix::from_column_slice(N, N, covariance.as_slice()),
+        )
+    }
+
+    /// What is known by name, in this model's order: a state that is not named keeps its prior, and a name that is none of
+    /// this model's states is left aside.
+    fn covariance_of(
+        &self,
+        known: &NamedCovariance,
+        place: &NavigationState,
+    ) -> SMatrix<f64, N, N> {
+        let prior = self.initial_covariance(place);
+        let positions = Self::STATES.map(|state| known.position(state.name));
+        SMatrix::from_fn(|row, column| match (positions[row], positions[column]) {
+            (Some(i), Some(j)) => known.matrix()[(i, j)],
+            _ => prior[(row, column)],
+        })
+    }
+}
+
+/// Labels of groups, one after the other.
+const fn join<const N: usize>(groups: &[&'static [StateLabel]]) -> [StateLabel; N] {
+    let mut all = [StateLabel::new("", "", "", "", 1.0); N];
+    let (mut group, mut next) = (0, 0);
+    while group < groups.len() {
+        let mut state = 0;
+        while state < groups[group].len() {
+            all[next] = groups[group][state];
+            next += 1;
+            state += 1;
+        }
+        group += 1;
+    }
+    all
+}
+
+/// Writes a model: its struct with a field for every group's settings, the numbers `M` and `N`, the type of its filter, and
+/// its [`Model`].
+macro_rules! model {
+    (
+        $(#[$about:meta])*
+        $model:ident, gathers $gathered:ident, filter $filter:ident:
+        moving { $($moving:ident: $moving_group:ty),+ $(,)? }
+        parameters { $($group:ident: $group_type:ty),* $(,)? }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $model {
+            $(#[doc = concat!("Settings of the group `", stringify!($moving_group), "`.")] pub $moving: $moving_group,)+
+            $(#[doc = concat!("Settings of the group `", stringify!($group_type), "`.")] pub $group: $group_type,)*
+        }
+
+        #[doc = concat!("What the groups of [`", stringify!($model), "`] gather between two covariance steps.")]
+        #[derive(Clone, Copy, Debug, Default)]
+        pub struct $gathered {
+            $($moving: <$moving_group as Group>::Gathered,)+
+            $($group: <$group_type as Group>::Gathered,)*
+        }
+
+        #[doc = concat!("The filter of [`", stringify!($model), "`].")]
+        pub type $filter = ErrorFilter<$model, { $model::M }, { $model::N }>;
+
+        impl $model {
+            /// Number of states that move.
+            pub const M: usize = 0 $(+ <$moving_group as Group>::SIZE)+;
+            /// Number of states.
+            pub const N: usize = Self::M $(+ <$group_type as Group>::SIZE)*;
+        }
+
+        impl Model<{ $model::M }, { $model::N }> for $model {
+            const STATES: [StateLabel; { $model::N }] = join(&[
+                $(<$moving_group as Group>::LABELS,)+
+                $(<$group_type as Group>::LABELS,)*
+            ]);
+            const VELOCITY_UP: Option<usize> = {
+                let (mut first, mut up) = (0, None);
+                $(
+                    if let Some(local) = <$moving_group as Group>::VELOCITY_UP {
+                        up = Some(first + local);
+                    }
+                    first += <$moving_group as Group>::SIZE;
+                )+
+                assert!(first == $model::M, "rows of the moving groups");
+                up
+            };
+            type Gathered = $gathered;
+
+            fn prior(&self, place: &NavigationState) -> SVector<f64, { $model::N }> {
+                let mut sigma = SVector::<f64, { $model::N }>::zeros();
+                let (rest, _) = sigma.as_mut_slice().split_at_mut($model::N);
+                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); self.$moving.prior(place, own);)+
+                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); self.$group.prior(place, own);)*
+                let _ = rest;
+                sigma
+            }
+
+            fn walk(&self) -> SVector<f64, { $model::N }> {
+                let mut rate = SVector::<f64, { $model::N }>::zeros();
+                let (rest, _) = rate.as_mut_slice().split_at_mut($model::N);
+                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); self.$moving.walk(own);)+
+                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); self.$group.walk(own);)*
+                let _ = rest;
+                rate
+            }
+
+            #[inline]
+            fn gather(gathered: &mut $gathered, span: &Span) {
+                $(<$moving_group as Group>::gather(&mut gathered.$moving, span);)+
+                $(<$group_type as Group>::gather(&mut gathered.$group, span);)*
+            }
+
+            fn dynamics(
+                &self,
+                gathered: &$gathered,
+                interval: &Interval,
+            ) -> Dynamics<{ $model::M }, { $model::N }> {
+                let mut dynamics = Dynamics::<{ $model::M }, { $model::N }>::zeros();
+                let (rows, decay) = (dynamics.rows.as_mut_slice(), dynamics.decay.as_mut_slice());
+                let first = 0;
+                let up = <Self as Model<{ $model::M }, { $model::N }>>::VELOCITY_UP;
+                $(
+                    self.$moving.couple(&gathered.$moving, interval, &mut Coupling::new(rows, decay, first, up));
+                    let first = first + <$moving_group as Group>::SIZE;
+                )+
+                $(
+                    self.$group.couple(&gathered.$group, interval, &mut Coupling::new(rows, decay, first, up));
+                    let first = first + <$group_type as Group>::SIZE;
+                )*
+                let _ = first;
+                dynamics
+            }
+
+            fn correct_navigation(x: &SVector<f64, { $model::N }>, strapdown: &mut Strapdown) {
+                let rest = x.as_slice();
+                $(let (own, rest) = rest.split_at(<$moving_group as Group>::SIZE); <$moving_group as Group>::correct_navigation(own, strapdown);)+
+                $(let (own, rest) = rest.split_at(<$group_type as Group>::SIZE); <$group_type as Group>::correct_navigation(own, strapdown);)*
+                let _ = rest;
+            }
+
+            fn correct_sensors(x: &SVector<f64, { $model::N }>, errors: &mut SensorErrors) {
+                let rest = x.as_slice();
+                $(let (own, rest) = rest.split_at(<$moving_group as Group>::SIZE); <$moving_group as Group>::correct_sensors(own, errors);)+
+                $(let (own, rest) = rest.split_at(<$group_type as Group>::SIZE); <$group_type as Group>::correct_sensors(own, errors);)*
+                let _ = rest;
+            }
+
+            fn found(errors: &SensorErrors) -> SVector<f64, { $model::N }> {
+                let mut x = SVector::<f64, { $model::N }>::zeros();
+                let (rest, _) = x.as_mut_slice().split_at_mut($model::N);
+                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); <$moving_group as Group>::found(errors, own);)+
+                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); <$group_type as Group>::found(errors, own);)*
+                let _ = rest;
+                x
+            }
+        }
+    };
+}
+
+model! {
+    /// The paper's thirteen states: navigation, accelerometer biases, gyroscope drifts.
+    Paper, gathers PaperGathered, filter PaperFilter:
+    moving { navigation: Navigation }
+    parameters { bias: Bias }
+}
+
+model! {
+    /// The thirteen with scale factors and installation angles of both kinds of sensor: 28.
+    Matrices, gathers MatricesGathered, filter MatricesFilter:
+    moving { navigation: Navigation }
+    parameters { bias: Bias, gyroscope_matrix: GyroscopeMatrix, accelerometer_matrix: AccelerometerMatrix }
+}
+
+/// The label of a state that any group here has, by its name.
+pub fn label(name: &str) -> Option<&'static StateLabel> {
+    const ALL: [StateLabel; Matrices::N] = Matrices::STATES;
+    static KNOWN: [StateLabel; Matrices::N] = ALL;
+    KNOWN.iter().find(|state| state.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::estimation::column_test::{Example, place};
+
+    /// The paper's states are the thirteen of files and messages, in their order; the bigger model goes on where they end.
+    #[test]
+    fn states_come_from_the_list() {
+        assert_eq!(
+            (Paper::M, Paper::N, Matrices::M, Matrices::N),
+            (7, 13, 7, 28)
+        );
+        let names = Paper::STATES.map(|state| state.name);
+        assert_eq!(names[0], "latitude_error_rad");
+        assert_eq!(names[6], "misalignment_up_rad");
+        assert_eq!(names[7], "accelerometer_bias_x_m_s2");
+        assert_eq!(names[12], "gyroscope_drift_z_rad_s");
+        assert_eq!(Matrices::STATES[..13], Paper::STATES);
+        assert_eq!(
+            Matrices::position("accelerometer_installation_zy_rad"),
+            Some(27)
+        );
+        assert_eq!(label("gyroscope_scale_factor_y").unwrap().unit, "ppm");
+        assert!(label("gyroscope_colour").is_none());
+    }
+
+    /// A covariance goes from one model to the other by names: what both have stays, what the other does not have is its
+    /// prior or left aside.
+    #[test]
+    fn covariances_go_by_name() {
+        let (paper, matrices) = (Paper::example(), Matrices::example());
+        let whole = matrices.initial_covariance(&place()) * 0.25;
+        let named = Matrices::named(&whole).unwrap();
+        let less = paper.covariance_of(&named, &place());
+        assert_eq!(less, whole.fixed_view::<13, 13>(0, 0).into_owned());
+        let back = matrices.covariance_of(&Paper::named(&less).unwrap(), &place());
+        assert_eq!(back[(12, 12)], whole[(12, 12)]);
+        assert_eq!(
+            back[(20, 20)],
+            matrices.initial_covariance(&place())[(20, 20)]
+        );
+    }
+}
