@@ -69,7 +69,7 @@ impl Ship {
     }
 
     /// Attitude of the block against East-North-Up: heading by ±1 rad, roll by 0.1 rad, pitch by 0.02 rad.
-    fn local_from_block(&self, t: f64) -> UnitQuaternion<f64> {
+    fn local_from_block(t: f64) -> UnitQuaternion<f64> {
         let heading = (t / 110.0).sin();
         let roll = 0.1 * (std::f64::consts::TAU * t / 11.0).sin();
         let pitch = 0.02 * (std::f64::consts::TAU * t / 7.0).sin();
@@ -83,7 +83,7 @@ impl Ship {
         let earth_from_local = UnitQuaternion::from_rotation_matrix(
             &Rotation3::from_matrix_unchecked(self.earth_from_local(t)),
         );
-        earth_turn(t) * earth_from_local * self.local_from_block(t)
+        earth_turn(t) * earth_from_local * Self::local_from_block(t)
     }
 
     /// Velocity over ground, East-North-Up \[m/s\]: the derivative of the position on the turning earth.
@@ -145,7 +145,7 @@ impl Ship {
 
     fn state(&self, t: f64) -> NavigationState {
         NavigationState {
-            attitude: self.local_from_block(t),
+            attitude: Self::local_from_block(t),
             velocity: self.velocity(t),
             position: self.place(t),
         }

@@ -91,3 +91,27 @@ fn an_arrow_is_seen() {
                 #[cfg(test)]\nmod tests { use crate::studies; }\n";
     assert_eq!(named_rooms(text), ["machines", "stream"]);
 }
+
+/// No study uses another: what several share (the paper's setting) is a file of its own.
+#[test]
+fn studies_stand_side_by_side() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/studies");
+    let studies = ["monte_carlo", "observability"];
+    for study in studies {
+        let mut files = Vec::new();
+        sources(&root.join(study), &mut files);
+        assert!(files.len() > 2, "{study}");
+        for file in files {
+            let text = fs::read_to_string(&file).unwrap();
+            let code = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+            for other in studies.iter().filter(|other| **other != study) {
+                let path = format!("studies::{other}");
+                let uses = code
+                    .lines()
+                    .filter(|line| !line.trim_start().starts_with("//"))
+                    .any(|line| line.contains(&path));
+                assert!(!uses, "{} uses {path}", file.display());
+            }
+        }
+    }
+}

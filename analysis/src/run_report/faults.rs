@@ -2,7 +2,7 @@
 
 use sins::time::Stamp;
 
-use super::{estimates::phase_name, gather::Run, verdict::plural};
+use super::{estimates::phase_name, gather::GatheredRun, verdict::plural};
 
 /// Lines that are listed.
 const LISTED: usize = 100;
@@ -19,7 +19,7 @@ pub struct Fault {
 }
 
 /// The faults in the order of their times, and how many more there are.
-pub fn faults(run: &Run) -> (Vec<Fault>, u64) {
+pub fn faults(run: &GatheredRun) -> (Vec<Fault>, u64) {
     let mut faults = Vec::new();
     let mut more = run.history.more_phases;
     for stream in &run.streams {

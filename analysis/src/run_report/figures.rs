@@ -11,8 +11,8 @@ use sins::{
 
 use super::{
     estimates::{PhaseChange, Point, phase_name},
-    gather::Run,
-    scheme::Step,
+    gather::GatheredRun,
+    scheme::RecordedStep,
 };
 
 /// Marks of phases in one picture.
@@ -66,7 +66,7 @@ impl Clock {
 /// What the pictures are drawn from.
 pub struct Drawing<'a> {
     /// The run.
-    pub run: &'a Run,
+    pub run: &'a GatheredRun,
     /// Below them an estimate counts as found.
     pub thresholds: Thresholds,
     /// Its time.
@@ -359,7 +359,7 @@ impl Drawing<'_> {
 }
 
 /// Where dwells begin, with the letters of the positions; none where they would stand too close.
-fn position_marks(steps: &[Step]) -> Vec<(Stamp, String)> {
+fn position_marks(steps: &[RecordedStep]) -> Vec<(Stamp, String)> {
     if steps.len() > POSITION_MARKS {
         return Vec::new();
     }

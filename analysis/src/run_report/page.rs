@@ -10,9 +10,9 @@ use super::{
     estimates::phase_name,
     faults::faults,
     figures::Clock,
-    gather::{Run, Source},
-    scheme::Step,
-    verdict::{Angle, End, Finding, State},
+    gather::{GatheredRun, Source},
+    scheme::RecordedStep,
+    verdict::{Angle, End, Finding, StateAtEnd},
 };
 
 /// Steps in the table.
@@ -43,7 +43,7 @@ impl Head<'_> {
 /// The page.
 pub fn page(
     head: &Head<'_>,
-    run: &Run,
+    run: &GatheredRun,
     end: &End,
     findings: &[Finding],
     figures: &[Figure],
@@ -92,7 +92,7 @@ pub fn page(
     Ok(page)
 }
 
-fn subtitle(head: &Head<'_>, run: &Run) -> String {
+fn subtitle(head: &Head<'_>, run: &GatheredRun) -> String {
     let name = head.bag.path().file_name().map_or_else(
         || head.bag.path().display().to_string(),
         |name| name.to_string_lossy().into_owned(),
@@ -121,7 +121,7 @@ fn digits(unit: &str) -> usize {
     if unit == "deg/h" { 5 } else { 2 }
 }
 
-fn state_table(states: &[State]) -> Table {
+fn state_table(states: &[StateAtEnd]) -> Table {
     let with_truth = states.iter().any(|state| state.error.is_some());
     let mut header = vec!["state", "unit", "estimate", "1 sigma"];
     if with_truth {
@@ -198,7 +198,7 @@ fn tidy(degrees: f64) -> f64 {
     if degrees.abs() < 5e-6 { 0.0 } else { degrees }
 }
 
-fn phase_table(head: &Head<'_>, run: &Run) -> Table {
+fn phase_table(head: &Head<'_>, run: &GatheredRun) -> Table {
     let phases = &run.history.phases;
     let shown = phases.len().min(PHASES);
     let more = (phases.len() - shown) as u64 + run.history.more_phases;
@@ -219,7 +219,7 @@ fn phase_table(head: &Head<'_>, run: &Run) -> Table {
     table
 }
 
-fn scheme_section(page: &mut Page, head: &Head<'_>, run: &Run) {
+fn scheme_section(page: &mut Page, head: &Head<'_>, run: &GatheredRun) {
     let steps = &run.scheme.steps;
     page.section(2, "Steps of the scheme");
     if steps.is_empty() {
@@ -255,7 +255,7 @@ fn scheme_section(page: &mut Page, head: &Head<'_>, run: &Run) {
     page.table(table);
 }
 
-fn step_row(step: &Step, head: &Head<'_>) -> Vec<Cell> {
+fn step_row(step: &RecordedStep, head: &Head<'_>) -> Vec<Cell> {
     let end = step.end.unwrap_or(head.end);
     let between = |from: Option<Stamp>, to: Option<Stamp>| {
         Cell::number(from.zip(to).map_or_else(String::new, |(from, to)| {
@@ -275,7 +275,7 @@ fn step_row(step: &Step, head: &Head<'_>) -> Vec<Cell> {
     ]
 }
 
-fn fault_section(page: &mut Page, head: &Head<'_>, run: &Run) {
+fn fault_section(page: &mut Page, head: &Head<'_>, run: &GatheredRun) {
     page.section(2, "Gaps and faults");
     let (faults, more) = faults(run);
     if faults.is_empty() {
@@ -328,7 +328,7 @@ fn fault_section(page: &mut Page, head: &Head<'_>, run: &Run) {
     page.table(table);
 }
 
-fn topic_table(head: &Head<'_>, run: &Run) -> Table {
+fn topic_table(head: &Head<'_>, run: &GatheredRun) -> Table {
     let mut table = Table::new(
         "Topics of the bag. Times are seconds from the start, by the stamps of the messages, or by the recorder's clock where they have none (r). Gaps are counted where messages come at a rate; longest is the longest time from one message to the next.",
         [

@@ -14,9 +14,9 @@ use sins::{
 use super::{
     estimates::{Point, phase_name},
     faults::faults,
-    gather::{Run, Source, Track},
+    gather::{GatheredRun, Source, Track},
     page::Head,
-    verdict::{End, Finding, State, gaps},
+    verdict::{End, Finding, StateAtEnd, gaps},
 };
 
 /// The whole result.
@@ -144,7 +144,7 @@ pub fn verdict(findings: &[Finding]) -> &'static str {
 }
 
 /// Three states that belong together.
-fn triple(end: &End, first: usize, of: impl Fn(&State) -> Option<f64>) -> Option<[f64; 3]> {
+fn triple(end: &End, first: usize, of: impl Fn(&StateAtEnd) -> Option<f64>) -> Option<[f64; 3]> {
     let mut values = [0.0; 3];
     for (axis, value) in values.iter_mut().enumerate() {
         let state = end
@@ -159,7 +159,7 @@ fn triple(end: &End, first: usize, of: impl Fn(&State) -> Option<f64>) -> Option
 /// Gathers the numbers.
 pub fn summary(
     head: &Head<'_>,
-    run: &Run,
+    run: &GatheredRun,
     end: &End,
     findings: &[Finding],
     figures: &[Figure],
@@ -209,7 +209,7 @@ pub fn summary(
         largest_error_sigmas: end
             .states
             .iter()
-            .filter_map(State::sigmas)
+            .filter_map(StateAtEnd::sigmas)
             .map(f64::abs)
             .reduce(f64::max),
         angles: end
@@ -267,7 +267,7 @@ pub fn summary(
     }
 }
 
-fn steps(head: &Head<'_>, run: &Run) -> Vec<StepJson> {
+fn steps(head: &Head<'_>, run: &GatheredRun) -> Vec<StepJson> {
     run.scheme
         .steps
         .iter()
@@ -295,7 +295,7 @@ fn position_error(tracks: &[Track; 2]) -> Option<PositionJson> {
     })
 }
 
-fn topics(run: &Run) -> Vec<TopicJson> {
+fn topics(run: &GatheredRun) -> Vec<TopicJson> {
     run.streams
         .iter()
         .map(|stream| TopicJson {

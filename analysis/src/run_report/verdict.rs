@@ -9,7 +9,7 @@ use sins::{
 
 use super::{
     estimates::{Point, phase_name},
-    gather::Run,
+    gather::GatheredRun,
 };
 
 /// How many sigmas an estimate may be off the truth.
@@ -17,7 +17,7 @@ pub const LIMIT_SIGMA: f64 = 3.5;
 
 /// One estimated state at the end, SI.
 #[derive(Clone, Copy, Debug)]
-pub struct State {
+pub struct StateAtEnd {
     /// Its number in the state vector.
     pub index: usize,
     /// The estimate; none of a misalignment, which has been fed back.
@@ -30,7 +30,7 @@ pub struct State {
     pub error: Option<f64>,
 }
 
-impl State {
+impl StateAtEnd {
     /// The error in sigmas.
     pub fn sigmas(&self) -> Option<f64> {
         Some(self.error? / self.sigma)
@@ -60,14 +60,14 @@ pub struct Angle {
 #[derive(Clone, Debug, Default)]
 pub struct End {
     /// Drifts, biases, misalignments.
-    pub states: Vec<State>,
+    pub states: Vec<StateAtEnd>,
     /// Heading, roll, pitch.
     pub angles: Vec<Angle>,
 }
 
 impl End {
     /// Of the last estimate.
-    pub fn new(last: Option<&Point>, run: &Run) -> Self {
+    pub fn new(last: Option<&Point>, run: &GatheredRun) -> Self {
         let Some(last) = last else {
             return Self::default();
         };
@@ -79,7 +79,7 @@ impl End {
             (DRIFT, last.drift, truth.map(|t| t.gyroscope_drift)),
             (BIAS, last.bias, truth.map(|t| t.accelerometer_bias)),
         ] {
-            states.extend((0..3).map(|axis| State {
+            states.extend((0..3).map(|axis| StateAtEnd {
                 index: start + axis,
                 estimate: Some(estimate[axis]),
                 sigma: sigma[axis],
@@ -87,7 +87,7 @@ impl End {
                 error: truth.map(|truth| estimate[axis] - truth[axis]),
             }));
         }
-        states.extend((0..3).map(|axis| State {
+        states.extend((0..3).map(|axis| StateAtEnd {
             index: MISALIGNMENT + axis,
             estimate: None,
             sigma: last.misalignment_sigma[axis],
@@ -123,7 +123,7 @@ pub struct Finding {
 }
 
 /// Everything that was looked at; faults first.
-pub fn findings(run: &Run, end: &End) -> Vec<Finding> {
+pub fn findings(run: &GatheredRun, end: &End) -> Vec<Finding> {
     let mut findings = vec![converged(run), consistent(run)];
     findings.extend(near_truth(end));
     findings.extend([without_gaps(run), without_refusals(run), whole(run)]);
@@ -156,7 +156,7 @@ fn finding(name: &'static str, fault: Option<String>, good: impl Into<String>) -
     }
 }
 
-fn converged(run: &Run) -> Finding {
+fn converged(run: &GatheredRun) -> Finding {
     let phase = run.history.phase.unwrap_or_default();
     let fault = match phase {
         SelfCalibrationEstimate::CONVERGED => None,
@@ -170,7 +170,7 @@ fn converged(run: &Run) -> Finding {
     finding("not_converged", fault, "converged")
 }
 
-fn consistent(run: &Run) -> Finding {
+fn consistent(run: &GatheredRun) -> Finding {
     let failures = run.history.failures;
     // The judge's word: a run that failed is consistent again where windows enough have agreed since.
     let is_doubtful = run.history.phase == Some(SelfCalibrationEstimate::INCONSISTENT);
@@ -202,7 +202,7 @@ fn near_truth(end: &End) -> Option<Finding> {
 }
 
 /// Holes in the samples of the bag, else in those that the calibrator got.
-pub fn gaps(run: &Run) -> (u64, u64) {
+pub fn gaps(run: &GatheredRun) -> (u64, u64) {
     let of_bag = run.imu.map_or((0, 0), |at| {
         let imu = &run.streams[at];
         (imu.gap_count(), imu.lost())
@@ -211,7 +211,7 @@ pub fn gaps(run: &Run) -> (u64, u64) {
     of_bag.max((counts.gaps, counts.lost))
 }
 
-fn without_gaps(run: &Run) -> Finding {
+fn without_gaps(run: &GatheredRun) -> Finding {
     let (gaps, lost) = gaps(run);
     let fault = (gaps > 0).then(|| {
         format!(
@@ -224,7 +224,7 @@ fn without_gaps(run: &Run) -> Finding {
 }
 
 /// Samples that the machines do not use for their stamps.
-fn without_refusals(run: &Run) -> Finding {
+fn without_refusals(run: &GatheredRun) -> Finding {
     let counts = run.imu.and_then(|at| run.streams[at].refused());
     let fault = counts
         .filter(|(_, refused)| *refused > 0)
@@ -232,7 +232,7 @@ fn without_refusals(run: &Run) -> Finding {
     finding("refused", fault, "no sample refused")
 }
 
-fn whole(run: &Run) -> Finding {
+fn whole(run: &GatheredRun) -> Finding {
     let undecodable = run.notes.undecodable_messages;
     let fault = match (run.damage.is_empty(), undecodable) {
         (true, 0) => None,

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use ros_node::{Level, Node, Qos, Report, Subscription};
-use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
+use ros2_interfaces::trajectory_msgs::JointTrajectory;
+use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
 use sins::simulation::Simulator;
 use sins::table::Trajectory;
 use sins::time::{Stamp, seconds_to_nanos};
@@ -28,7 +29,7 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// What the diagnostics tell.
 #[derive(Debug, Default)]
-struct Progress {
+struct SimulatedTime {
     simulated_nanos: AtomicI64,
     started: AtomicU64,
     refused: AtomicU64,
@@ -46,7 +47,7 @@ pub async fn main(node: Node) -> Result<()> {
     let mut outputs = Outputs::new(&node, &settings)?;
     let mut trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
     let mut follower = Follower::new(&node)?;
-    let progress = Arc::new(Progress::default());
+    let progress = Arc::new(SimulatedTime::default());
     diagnose(&node, &progress, &settings);
     tokio::select! {
         outcome = wait_for_all(&waits, settings.wait_timeout, &outputs, &trajectories) => outcome?,
@@ -96,7 +97,7 @@ async fn simulate(
     trajectories: &mut Subscription<JointTrajectory>,
     follower: &mut Follower,
     settings: &Settings,
-    progress: &Progress,
+    progress: &SimulatedTime,
 ) {
     node.active().await;
     let begin = simulator.plant().now();
@@ -159,17 +160,17 @@ async fn simulate(
 }
 
 /// Hands a trajectory to the table, or says why not. Says whether the table took it.
-fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Progress) -> bool {
+fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &SimulatedTime) -> bool {
     let refuse = |reason: String| {
         progress.refused.fetch_add(1, Ordering::Relaxed);
         tracing::warn!("{TRAJECTORY}: refused: {reason}");
         false
     };
-    let trajectory = match Trajectory::try_from(message) {
+    let trajectory = match Trajectory::from_message(message) {
         Ok(trajectory) => trajectory,
         Err(error) => return refuse(error.to_string()),
     };
-    let stamp = Stamp::from(message.header.stamp);
+    let stamp = stamp_from_time(message.header.stamp);
     let wanted = (stamp != Stamp::default()).then_some(stamp);
     match simulator.command(wanted, &trajectory) {
         Ok(_) if trajectory.points.is_empty() => tracing::info!("{TRAJECTORY}: stop"),
@@ -189,7 +190,7 @@ fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Prog
     true
 }
 
-fn diagnose(node: &Node, progress: &Arc<Progress>, settings: &Settings) {
+fn diagnose(node: &Node, progress: &Arc<SimulatedTime>, settings: &Settings) {
     let progress = Arc::clone(progress);
     let wanted = settings.speed;
     let mut last = (Instant::now(), 0_i64);

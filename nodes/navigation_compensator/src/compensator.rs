@@ -4,11 +4,14 @@ use std::time::Duration;
 
 use imu_input::{PublisherCount, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::tf2_msgs::TFMessage;
 use rotary_sins_msgs::Calibration;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::tf2_msgs::TFMessage;
+use rotary_sins_msgs::convert::{
+    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+};
 use ship_sentences::Motion;
 use sins::earth::Position;
 use sins::machines::navigator::{
@@ -163,7 +166,7 @@ impl Compensator {
     /// A position of the ship. The first one is the origin of the local frame.
     pub fn fix(&mut self, fix: &NavSatFix) {
         self.inputs.fix.arrived(1);
-        let Some(position) = fix.position() else {
+        let Some(position) = position_from_fix(fix) else {
             self.inputs.fix.refuse(
                 "no fix",
                 format!(
@@ -213,8 +216,8 @@ impl Compensator {
     /// A velocity over ground, for the node's own alignment where it is told that there are any.
     pub fn velocity(&mut self, message: &TwistWithCovarianceStamped) {
         self.inputs.velocity.arrived(1);
-        let measured = message.velocity_measurement();
-        let stamp = message.header.stamp.into();
+        let measured = velocity_from_twist(message);
+        let stamp = stamp_from_time(message.header.stamp);
         if let Err(error) = self.navigator.push_velocity(stamp, measured) {
             self.inputs.velocity.refuse("unusable", error);
         }
@@ -223,7 +226,7 @@ impl Compensator {
     /// A reading of the joints. Samples that waited for it go on.
     pub fn joints(&mut self, message: &JointState, publish: &mut impl FnMut(Output)) {
         self.inputs.joints.arrived(1);
-        match JointSample::try_from(message) {
+        match JointSample::from_message(message) {
             Ok(sample) => {
                 if let Err(error) = self.navigator.push_joints(sample) {
                     self.inputs.joints.refuse("not finite", error);
@@ -247,7 +250,7 @@ impl Compensator {
     /// A sample; it goes on when its joint state is there.
     pub fn imu(&mut self, imu: &Imu, publish: &mut impl FnMut(Output)) {
         self.inputs.imu.arrived(1);
-        match ImuSample::try_from(imu) {
+        match ImuSample::from_message(imu) {
             Ok(sample) => {
                 self.imu_stamps.ingest(sample.stamp.nanos());
                 if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {

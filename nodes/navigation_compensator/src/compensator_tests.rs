@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use nalgebra::{UnitQuaternion, Vector3};
-use rotary_sins_msgs::sensor_msgs::NavSatStatus;
+use ros2_interfaces::sensor_msgs::NavSatStatus;
+use rotary_sins_msgs::convert::{ToMessage, imu_from_sample, stamp_from_time};
 use sins::earth::LocalEarth;
 use sins::estimation::error_state::{STATE_NAMES, STATES};
 
@@ -38,7 +39,7 @@ fn sample(number: i64) -> Imu {
         angular_rate_variance: Vector3::repeat(1e-13),
         specific_force_variance: Vector3::repeat(1e-7),
     };
-    Imu::from_sample(&sample, "imu_link")
+    imu_from_sample(&sample, "imu_link")
 }
 
 fn calibration(number: i64) -> Calibration {
@@ -113,11 +114,11 @@ fn the_end_leaves_no_sample_behind() {
     feed(&mut compensator, 0..10);
     compensator.calibration(&calibration(5));
     let joints = JointSample {
-        stamp: sample(9).header.stamp.into(),
+        stamp: stamp_from_time(sample(9).header.stamp),
         position: [0.0; 2],
         velocity: [0.0; 2],
     };
-    compensator.joints(&(&joints).into(), &mut |_| {});
+    compensator.joints(&joints.to_message(), &mut |_| {});
     assert!(feed(&mut compensator, 10..15).is_empty());
     let mut outputs = Vec::new();
     compensator.flush(&mut |output| outputs.push(output));

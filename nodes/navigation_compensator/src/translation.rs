@@ -1,11 +1,10 @@
 //! Calibration messages to calibrations; solutions to messages.
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
-use rotary_sins_msgs::convert::row_major;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
-use rotary_sins_msgs::std_msgs::Header;
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
+use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_time};
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
@@ -42,7 +41,7 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
         ));
     }
     let calibration = Calibration {
-        stamp: message.header.stamp.into(),
+        stamp: stamp_from_time(message.header.stamp),
         phase: phase(message.phase)?,
         errors: SensorErrors {
             gyroscope_drift: message.gyroscope_drift.into(),
@@ -128,7 +127,7 @@ pub fn imu(stamp: Stamp, solution: &Solution, measured: &ImuSample, frame_id: &s
                 .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
                 .into_owned(),
         ),
-        ..Imu::from_sample(&sample, frame_id)
+        ..imu_from_sample(&sample, frame_id)
     }
 }
 
@@ -143,7 +142,7 @@ pub fn odometry(
     let navigation = &solution.navigation;
     let offset = origin.offset_m(&navigation.position);
     let mut message = Odometry {
-        header: Header::new(stamp, frames[0]),
+        header: header(stamp, frames[0]),
         child_frame_id: frames[1].to_owned(),
         ..Odometry::default()
     };
@@ -162,7 +161,7 @@ pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
     let navigation = &solution.navigation;
     let pose = pose_covariance(solution);
     NavSatFix {
-        header: Header::new(stamp, frame_id),
+        header: header(stamp, frame_id),
         status: NavSatStatus {
             status: NavSatStatus::STATUS_FIX,
             service: NavSatStatus::SERVICE_UNKNOWN,
@@ -185,7 +184,7 @@ pub fn velocity(stamp: Stamp, solution: &Solution, frame_id: &str) -> TwistWithC
             sins::estimation::error_state::VELOCITY,
         ));
     let mut message = TwistWithCovarianceStamped {
-        header: Header::new(stamp, frame_id),
+        header: header(stamp, frame_id),
         ..TwistWithCovarianceStamped::default()
     };
     message.twist.twist.linear = Vector3::into(solution.navigation.velocity);

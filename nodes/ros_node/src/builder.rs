@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use ros2_interfaces::Registry;
+
 use crate::environment::Environment;
 use crate::error::{Error, Result};
 use crate::lifecycle::LIFECYCLE_AUTOSTART;
@@ -19,6 +21,7 @@ pub struct NodeBuilder {
     arguments_usage: Option<String>,
     workers: usize,
     managed: bool,
+    types: Registry,
 }
 
 /// Everything that can be wrong before DDS comes in, checked.
@@ -30,6 +33,7 @@ pub(crate) struct Startup {
     pub(crate) parameters: Parameters,
     pub(crate) environment: Environment,
     pub(crate) managed: bool,
+    pub(crate) types: Registry,
 }
 
 impl NodeBuilder {
@@ -42,6 +46,7 @@ impl NodeBuilder {
             arguments_usage: None,
             workers: 0,
             managed: false,
+            types: Registry::new(),
         }
     }
 
@@ -82,6 +87,14 @@ impl NodeBuilder {
             Parameter::new(LIFECYCLE_AUTOSTART, true)
                 .describe("come up active; false: wait, unconfigured, for a lifecycle manager"),
         )
+    }
+
+    /// Types that the node knows besides those of its own publishers and subscriptions, for `~/get_type_description`:
+    /// for nodes that carry messages of types that they learn at run time.
+    #[must_use]
+    pub fn types(mut self, types: Registry) -> Self {
+        self.types = types;
+        self
     }
 
     /// Its parameters with their defaults.
@@ -147,6 +160,7 @@ impl NodeBuilder {
             parameters,
             environment,
             managed: self.managed,
+            types: self.types,
         })
     }
 

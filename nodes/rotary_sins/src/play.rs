@@ -11,10 +11,9 @@ use anyhow::{Context, ensure};
 use bags::{Bag, Selection};
 use clap::Args;
 use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
-use rotary_sins_msgs::rosgraph_msgs::Clock;
-use sins::time::Stamp;
+use ros2_interfaces::{builtin_interfaces::Time, rosgraph_msgs::Clock};
 
-use crate::{output, progress::Progress};
+use crate::{output, progress::SecondsBar};
 
 /// A message waits for room this long before it is given up.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -337,7 +336,7 @@ impl<'b> Player<'b> {
             .map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9);
         let length = (length - options.start_offset.unwrap_or(0.0))
             .min(options.duration.unwrap_or(f64::INFINITY));
-        let progress = Progress::new("playing", length);
+        let progress = SecondsBar::new("playing", length);
         self.send_latched(selection).await;
         let mut messages = self.bag.messages(selection);
         let mut beginning: Option<(u64, Instant)> = None;
@@ -416,7 +415,7 @@ impl<'b> Player<'b> {
         });
         if is_due && let Ok(nanos) = i64::try_from(now) {
             clock.publish(Clock {
-                clock: Stamp::from_nanos(nanos).into(),
+                clock: Time::from_nanos(nanos),
             });
             self.last_clock = Some((now, Instant::now()));
         }

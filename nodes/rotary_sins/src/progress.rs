@@ -1,4 +1,4 @@
-//! Progress on standard error, where a person sees it.
+//! SecondsBar on standard error, where a person sees it.
 
 use std::time::Duration;
 
@@ -6,11 +6,11 @@ use analysis::Listener;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar that counts seconds of recorded or simulated time; nothing where standard error is no terminal.
-pub struct Progress {
+pub struct SecondsBar {
     bar: ProgressBar,
 }
 
-impl Progress {
+impl SecondsBar {
     /// A bar of this length \[s\].
     pub fn new(title: &str, length_s: f64) -> Self {
         let bar = ProgressBar::new(length_s.max(0.0) as u64);
@@ -39,13 +39,13 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for SecondsBar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
 }
 
-impl Listener for Progress {
+impl Listener for SecondsBar {
     fn task(&self, name: &str) {
         self.message(name.to_owned());
     }
@@ -55,7 +55,7 @@ impl Listener for Progress {
     }
 
     fn note(&self, line: &str) {
-        Progress::note(self, line);
+        SecondsBar::note(self, line);
     }
 }
 

@@ -17,7 +17,7 @@ use crate::{
     Outcome,
     filter_options::{FilterOptions, ThresholdOptions},
     output,
-    progress::Progress,
+    progress::SecondsBar,
     sensor_input::SensorInput,
 };
 
@@ -58,7 +58,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         command: &command(),
         path: &path,
     };
-    let progress = Progress::new("reading", input.length_s(&bag));
+    let progress = SecondsBar::new("reading", input.length_s(&bag));
     let report = RunReport::of(&request, &progress).map_err(|error| match error {
         // Only here is it known which option helps.
         Error::NoEstimate { source, .. } => {

@@ -6,14 +6,14 @@ use analysis::{Notes, SensorSource};
 use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
-use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
+use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{
     earth::Position,
     machines::self_calibration::Event,
     table::{Axis, Turntable},
 };
 
-use crate::progress::Progress;
+use crate::progress::SecondsBar;
 
 /// Samples handed over at once ...
 const BATCH: usize = 1024;
@@ -163,7 +163,7 @@ impl SensorInput {
         mut take: impl FnMut(Sample, &mut Told<'_>) -> Result<ControlFlow<()>, sins::Error>,
     ) -> anyhow::Result<Notes> {
         let mut stream = SensorStream::new(bag, &self.options())?;
-        let progress = Progress::new(title, self.length_s(bag));
+        let progress = SecondsBar::new(title, self.length_s(bag));
         let mut notes = Notes::default();
         for warning in bag.warnings() {
             notes.say(&progress, warning.to_string());
@@ -249,7 +249,7 @@ impl SensorInput {
 /// Where a command tells what its machine told.
 pub struct Told<'a> {
     /// The person at the screen.
-    pub progress: &'a Progress,
+    pub progress: &'a SecondsBar,
     /// What goes into the result.
     pub notes: &'a mut Notes,
     /// The topic that this sample came from.

@@ -6,9 +6,12 @@ use std::time::Duration;
 
 use imu_input::{PublisherCount, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::std_srvs::TriggerResponse;
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::std_srvs::TriggerResponse;
+use rotary_sins_msgs::convert::{
+    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::{
     Estimate, Event, Phase, Reference, SelfCalibration, Settings, Thresholds,
@@ -120,7 +123,7 @@ impl Calibrator {
         self.inputs.fix.arrived(1);
         if let Some((kind, reason)) = translation::refusal(fix) {
             self.inputs.fix.refuse(kind, reason);
-        } else if let Some(position) = fix.position()
+        } else if let Some(position) = position_from_fix(fix)
             && let Err(error) = self.machine.push_position(position)
         {
             self.inputs.fix.refuse("off the globe", error);
@@ -131,7 +134,7 @@ impl Calibrator {
     /// A reading of the joints.
     pub fn joints(&mut self, joints: &JointState) {
         self.inputs.joints.arrived(1);
-        match JointSample::try_from(joints) {
+        match JointSample::from_message(joints) {
             Ok(sample) => {
                 if let Err(error) = self.machine.push_joints(sample) {
                     self.inputs.joints.refuse("not finite", error);
@@ -144,10 +147,10 @@ impl Calibrator {
     /// A velocity of the ship.
     pub fn velocity(&mut self, velocity: &TwistWithCovarianceStamped) {
         self.inputs.velocity.arrived(1);
-        let measurement = velocity.velocity_measurement();
+        let measurement = velocity_from_twist(velocity);
         if let Err(error) = self
             .machine
-            .push_velocity(velocity.header.stamp.into(), measurement)
+            .push_velocity(stamp_from_time(velocity.header.stamp), measurement)
         {
             self.inputs.velocity.refuse("unusable", error);
         }
@@ -161,7 +164,7 @@ impl Calibrator {
     /// A sample. Says what it gives to publish: mostly nothing, once a second an estimate.
     pub fn imu(&mut self, imu: &Imu) -> Vec<Output> {
         self.inputs.imu.arrived(1);
-        let sample = match ImuSample::try_from(imu) {
+        let sample = match ImuSample::from_message(imu) {
             Ok(sample) => sample,
             Err(error) => {
                 self.inputs.imu.refuse("stamp", error);
@@ -241,7 +244,7 @@ impl Calibrator {
         if before.is_some_and(|before| before.state == SchemeStatus::FINISHED) {
             return None;
         }
-        let end: Stamp = status.header.stamp.into();
+        let end: Stamp = stamp_from_time(status.header.stamp);
         let Some(latest) = &self.latest else {
             tracing::info!(
                 "scheme {} is finished, but there is no estimate to publish",

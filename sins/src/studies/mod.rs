@@ -2,3 +2,4 @@
 
 pub mod monte_carlo;
 pub mod observability;
+pub mod paper;

@@ -218,3 +218,30 @@ fn unusable_arguments_get_one_line() {
     rotary_sins(&["compare", "--output", file.to_str().unwrap()]).expect_refusal(&["Cargo.toml"]);
     rotary_sins(&["experiment", "--rate", "0"]).expect_refusal(&["--rate is 0", "expected"]);
 }
+
+/// The library of studies and reports speaks to no network and to no terminal: nothing that it stands on does.
+#[test]
+fn the_library_has_no_network_and_no_terminal() {
+    let tree = std::process::Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--locked", "--edges", "normal"])
+        .args(["--prefix", "none", "--package", "analysis"])
+        .current_dir(repository())
+        .output()
+        .unwrap();
+    assert!(tree.status.success(), "{tree:?}");
+    let text = String::from_utf8(tree.stdout).unwrap();
+    let names: Vec<&str> = text.lines().filter_map(|l| l.split(' ').next()).collect();
+    assert!(names.contains(&"sins") && names.contains(&"bags"), "{text}");
+    for barred in [
+        "ros_node",
+        "ros2-client",
+        "rustdds",
+        "tokio",
+        "clap",
+        "indicatif",
+        "crossterm",
+        "ratatui",
+    ] {
+        assert!(!names.contains(&barred), "analysis stands on {barred}");
+    }
+}

@@ -14,8 +14,8 @@ use anyhow::{Context, Result, bail, ensure};
 use sins::table::scheme::Scheme;
 
 use fleet::{Fleet, Program};
-use outcome::Outcome;
-use progress::Progress;
+use outcome::DemoResult;
+use progress::DemoBar;
 use watch::Watch;
 
 /// Simulated time after the end of the scheme, so that its end is seen by all \[s\].
@@ -158,10 +158,10 @@ async fn supervise(args: &Options) -> Result<crate::Outcome> {
         return Ok(crate::Outcome::Missed);
     };
     let processes = ended?;
-    let outcome = Outcome::new(args, work.seen, folder.bag.as_deref(), &processes)?;
+    let outcome = DemoResult::new(args, work.seen, folder.bag.as_deref(), &processes)?;
     let text = report::text(
         &outcome,
-        &report::Run {
+        &report::DemoRun {
             wall: work.wall,
             processes: &processes,
             bag: folder.bag.as_deref(),
@@ -189,7 +189,7 @@ async fn work(args: &Options, folder: &Folder, fleet: &mut Fleet) -> Result<Work
     for program in programs(args, folder.bag.as_deref()) {
         fleet.start(&program)?;
     }
-    let mut progress = Progress::new(args.duration_s());
+    let mut progress = DemoBar::new(args.duration_s());
     let mut period = tokio::time::interval(PERIOD);
     period.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {

@@ -14,14 +14,14 @@ use super::watch::{CONSUMERS, Seen};
 const LINE_PERIOD: Duration = Duration::from_secs(10);
 
 /// Shows where the run stands.
-pub struct Progress {
+pub struct DemoBar {
     bar: ProgressBar,
     lines: Vec<ProgressBar>,
     terminal: bool,
     next_line: Duration,
 }
 
-impl Progress {
+impl DemoBar {
     /// Nothing has happened yet.
     pub fn new(duration_s: f64) -> Self {
         let all = MultiProgress::new();

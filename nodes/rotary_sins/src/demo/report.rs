@@ -9,10 +9,10 @@ use comfy_table::{CellAlignment, Table};
 use sins::units::NAUTICAL_MILE_M;
 
 use super::fleet::Ended;
-use super::outcome::{LIMIT_SIGMA, Outcome};
+use super::outcome::{DemoResult, LIMIT_SIGMA};
 
 /// How the run went besides its result.
-pub struct Run<'a> {
+pub struct DemoRun<'a> {
     /// From the start of the first node to the last sample.
     pub wall: Duration,
     /// The processes.
@@ -22,7 +22,7 @@ pub struct Run<'a> {
 }
 
 /// Tables and verdict.
-pub fn text(outcome: &Outcome, run: &Run<'_>) -> String {
+pub fn text(outcome: &DemoResult, run: &DemoRun<'_>) -> String {
     let estimate = &outcome.estimate;
     let mut text = format!(
         "Self-calibration after {:.0} s of simulated time, phase {}, {:.1} s from the start of the nodes\n{}\n",
@@ -93,7 +93,7 @@ pub fn text(outcome: &Outcome, run: &Run<'_>) -> String {
     text
 }
 
-fn estimates(outcome: &Outcome) -> Table {
+fn estimates(outcome: &DemoResult) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
     table.set_header([

@@ -12,7 +12,7 @@ use ratatui::{
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
-use super::state::{NINE, SILENCE, State, sigmas, thresholds};
+use super::state::{MonitorState, NINE, SILENCE, sigmas, thresholds};
 use analysis::significant;
 
 /// Names, units and SI of a unit of the nine.
@@ -49,7 +49,7 @@ impl Look {
 }
 
 /// Draws the page.
-pub fn page(frame: &mut Frame, state: &State, now: Instant, look: Look) {
+pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
     let [title, scheme, table, numbers, faults, foot] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(3),
@@ -95,7 +95,7 @@ fn fit(text: &str, width: usize) -> String {
     cut
 }
 
-fn title_line(state: &State, now: Instant, look: Look) -> Line<'static> {
+fn title_line(state: &MonitorState, now: Instant, look: Look) -> Line<'static> {
     let mut spans = vec![bold("Rotary SINS  ")];
     match state.newest(now) {
         None => spans.push(Span::styled("nothing heard yet", look.of(Color::Yellow))),
@@ -144,7 +144,7 @@ fn stale(text: &str, at: Instant, now: Instant, look: Look) -> Option<Span<'stat
     })
 }
 
-fn scheme_lines(state: &State, now: Instant, look: Look, width: u16) -> Vec<Line<'static>> {
+fn scheme_lines(state: &MonitorState, now: Instant, look: Look, width: u16) -> Vec<Line<'static>> {
     let Some(heard) = &state.scheme else {
         return vec![
             Line::raw(""),
@@ -205,7 +205,12 @@ fn scheme_lines(state: &State, now: Instant, look: Look, width: u16) -> Vec<Line
     ]
 }
 
-fn estimate_lines(state: &State, now: Instant, look: Look, area: Rect) -> Vec<Line<'static>> {
+fn estimate_lines(
+    state: &MonitorState,
+    now: Instant,
+    look: Look,
+    area: Rect,
+) -> Vec<Line<'static>> {
     let mut head = vec![bold(format!(
         "{:<16}{:>11}{:>11}   {:<8}",
         "", "estimate", "1 sigma", ""
@@ -273,7 +278,7 @@ pub fn sparkline(values: impl Iterator<Item = f64>, width: usize) -> String {
         .collect()
 }
 
-fn number_lines(state: &State, look: Look) -> Vec<Line<'static>> {
+fn number_lines(state: &MonitorState, look: Look) -> Vec<Line<'static>> {
     let Some(heard) = &state.estimate else {
         return Vec::new();
     };
@@ -330,7 +335,7 @@ fn number_lines(state: &State, look: Look) -> Vec<Line<'static>> {
     ]
 }
 
-fn fault_lines(state: &State, now: Instant, look: Look, area: Rect) -> Vec<Line<'static>> {
+fn fault_lines(state: &MonitorState, now: Instant, look: Look, area: Rect) -> Vec<Line<'static>> {
     let faults = state.faults(now);
     let (width, height) = (usize::from(area.width), usize::from(area.height));
     if faults.is_empty() {
@@ -373,10 +378,10 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use ratatui::{Terminal, backend::TestBackend};
-    use rotary_sins_msgs::diagnostic_msgs::DiagnosticStatus;
+    use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
     use std::time::Duration;
 
-    fn text(state: &State, now: Instant, width: u16, height: u16) -> Vec<String> {
+    fn text(state: &MonitorState, now: Instant, width: u16, height: u16) -> Vec<String> {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
         terminal
             .draw(|frame| page(frame, state, now, Look { colour: false }))
@@ -390,8 +395,8 @@ mod tests {
             .collect()
     }
 
-    fn running(now: Instant) -> State {
-        let mut state = State::default();
+    fn running(now: Instant) -> MonitorState {
+        let mut state = MonitorState::default();
         state.scheme(
             SchemeStatus {
                 scheme: "a-scheme-with-a-name-that-is-much-too-long".to_owned(),
@@ -500,9 +505,9 @@ mod tests {
         let now = Instant::now();
         for (width, height) in [(1, 1), (20, 5), (80, 24), (120, 40), (300, 100)] {
             text(&running(now), now, width, height);
-            text(&State::default(), now, width, height);
+            text(&MonitorState::default(), now, width, height);
         }
-        let all = text(&State::default(), now, 80, 24).join("\n");
+        let all = text(&MonitorState::default(), now, 80, 24).join("\n");
         for words in [
             "nothing heard yet",
             "scheme/status: nothing heard",

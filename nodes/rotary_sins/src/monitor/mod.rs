@@ -18,11 +18,11 @@ use ratatui::{
     crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers},
 };
 use ros_node::{Node, NodeBuilder, Qos};
-use rotary_sins_msgs::{RosMessage, diagnostic_msgs::DiagnosticArray};
+use ros2_interfaces::{RosMessage, diagnostic_msgs::DiagnosticArray};
 
 use self::{
     draw::{Look, page},
-    state::State,
+    state::MonitorState,
 };
 
 /// Name of the node, before its process id.
@@ -57,20 +57,20 @@ pub fn run(options: &Options, mut ros_arguments: Vec<String>) -> ExitCode {
 
 async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
     let timeout = Duration::try_from_secs_f64(options.timeout).context("--timeout")?;
-    let state = Arc::new(Mutex::new(State::default()));
+    let state = Arc::new(Mutex::new(MonitorState::default()));
     listen(
         &node,
         &state,
         "scheme/status",
         Qos::latched(10),
-        State::scheme,
+        MonitorState::scheme,
     )?;
     listen(
         &node,
         &state,
         "self_calibration/estimate",
         Qos::latched(100),
-        State::estimate,
+        MonitorState::estimate,
     )?;
     listen(
         &node,
@@ -111,7 +111,7 @@ async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
 fn show(
     terminal: &mut ratatui::DefaultTerminal,
     node: &Node,
-    state: &Mutex<State>,
+    state: &Mutex<MonitorState>,
 ) -> anyhow::Result<()> {
     let look = Look {
         colour: std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
@@ -134,7 +134,7 @@ fn show(
 }
 
 /// The page as text, once.
-async fn once(node: &Node, state: &Mutex<State>, timeout: Duration) -> anyhow::Result<()> {
+async fn once(node: &Node, state: &Mutex<MonitorState>, timeout: Duration) -> anyhow::Result<()> {
     let until = Instant::now() + timeout;
     loop {
         let seen = locked(state).clone();
@@ -160,7 +160,7 @@ async fn once(node: &Node, state: &Mutex<State>, timeout: Duration) -> anyhow::R
 }
 
 /// Where standard output is no terminal: a page every second, parted by an empty line.
-async fn lines(node: &Node, state: &Mutex<State>) -> anyhow::Result<()> {
+async fn lines(node: &Node, state: &Mutex<MonitorState>) -> anyhow::Result<()> {
     let mut seconds = tokio::time::interval(Duration::from_secs(1));
     loop {
         tokio::select! {
@@ -173,7 +173,7 @@ async fn lines(node: &Node, state: &Mutex<State>) -> anyhow::Result<()> {
     }
 }
 
-fn text(state: &State) -> anyhow::Result<String> {
+fn text(state: &MonitorState) -> anyhow::Result<String> {
     let mut terminal = Terminal::new(TestBackend::new(100, 40)).context("the page")?;
     terminal
         .draw(|frame| page(frame, state, Instant::now(), Look { colour: false }))
@@ -192,10 +192,10 @@ fn text(state: &State) -> anyhow::Result<String> {
 
 fn listen<M: RosMessage + ros2_client::Message + Send + 'static>(
     node: &Node,
-    state: &Arc<Mutex<State>>,
+    state: &Arc<Mutex<MonitorState>>,
     topic: &str,
     qos: Qos,
-    take: fn(&mut State, M, Instant),
+    take: fn(&mut MonitorState, M, Instant),
 ) -> anyhow::Result<()> {
     let mut subscription = node.subscription::<M>(topic, qos)?;
     let state = Arc::clone(state);
@@ -209,6 +209,6 @@ fn listen<M: RosMessage + ros2_client::Message + Send + 'static>(
 }
 
 // Every change under the lock is a whole message, so a panic elsewhere leaves it usable.
-fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
+fn locked(state: &Mutex<MonitorState>) -> MutexGuard<'_, MonitorState> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use rotary_sins_msgs::diagnostic_msgs::DiagnosticStatus;
+use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Thresholds;
 
@@ -25,7 +25,7 @@ pub struct Heard<M> {
 
 /// Everything heard so far.
 #[derive(Clone, Debug, Default)]
-pub struct State {
+pub struct MonitorState {
     /// Newest of the sequencer.
     pub scheme: Option<Heard<SchemeStatus>>,
     /// When the scheme came to its present place, by the scheme's own clock \[s\].
@@ -41,7 +41,7 @@ pub struct State {
     skipped: usize,
 }
 
-impl State {
+impl MonitorState {
     /// A status of the sequencer.
     pub fn scheme(&mut self, message: SchemeStatus, at: Instant) {
         let place = |s: &SchemeStatus| (s.state, s.cycle, s.step);
@@ -166,7 +166,7 @@ mod tests {
     /// A day of estimates stays within what is kept, oldest first, newest last; a new run begins anew.
     #[test]
     fn history_is_bounded_and_whole() {
-        let (mut state, now) = (State::default(), Instant::now());
+        let (mut state, now) = (MonitorState::default(), Instant::now());
         for second in 0..86_400 {
             state.estimate(estimate(f64::from(second), f64::from(86_400 - second)), now);
         }
@@ -181,7 +181,7 @@ mod tests {
     /// Faults come worst first, and those of a node that has gone are not shown for ever.
     #[test]
     fn faults_are_sorted_and_age() {
-        let (mut state, now) = (State::default(), Instant::now());
+        let (mut state, now) = (MonitorState::default(), Instant::now());
         for (name, level) in [("a", 0), ("b", 1), ("c", 2)] {
             let status = DiagnosticStatus {
                 name: name.to_owned(),
@@ -190,7 +190,7 @@ mod tests {
             };
             state.diagnostic(status, now);
         }
-        let names = |state: &State, at| {
+        let names = |state: &MonitorState, at| {
             let faults = state.faults(at);
             faults.iter().map(|f| f.name.clone()).collect::<Vec<_>>()
         };

@@ -27,10 +27,10 @@ use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{
     ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick,
 };
+use crate::studies::paper;
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
 use crate::time::Stamp;
-use crate::units::{DEG_PER_HOUR, MICRO_G};
 
 pub use statistics::{Point, Statistics, Trace, mean_nees_bounds};
 pub use voyage::{Departure, Voyage, VoyageTrack};
@@ -84,11 +84,11 @@ impl TrueErrors {
     /// Table 1 of the paper: 0.01 deg/h and 100 ug on every axis, misalignment (0.01, 0.01, 0.05) deg.
     pub fn table_1() -> Self {
         Self {
-            misalignment: Vector3::new(0.01, 0.01, 0.05) * std::f64::consts::PI / 180.0,
+            misalignment: paper::misalignment_rad(),
             position: [0.0; 2],
             velocity: [0.0; 2],
-            accelerometer_bias: Vector3::repeat(100.0 * MICRO_G),
-            gyroscope_drift: Vector3::repeat(0.01 * DEG_PER_HOUR),
+            accelerometer_bias: paper::accelerometer_bias_m_s2(),
+            gyroscope_drift: paper::gyroscope_drift_rad_s(),
         }
     }
 
@@ -100,17 +100,6 @@ impl TrueErrors {
             accelerometer_bias: x.fixed_rows::<3>(BIAS).into_owned(),
             gyroscope_drift: x.fixed_rows::<3>(DRIFT).into_owned(),
         }
-    }
-}
-
-/// P0 of the paper's simulation and of `expected-results`: misalignment (0.01, 0.01, 0.05) deg, 100 ug, 0.01 deg/h, 10 m, 0.01 m/s.
-pub fn paper_uncertainty() -> InitialUncertainty {
-    InitialUncertainty {
-        position_m: 10.0,
-        velocity_m_s: 0.01,
-        misalignment_rad: Vector3::new(0.01, 0.01, 0.05) * std::f64::consts::PI / 180.0,
-        accelerometer_bias_m_s2: Vector3::repeat(100.0 * MICRO_G),
-        gyroscope_drift_rad_s: Vector3::repeat(0.01 * DEG_PER_HOUR),
     }
 }
 
@@ -214,7 +203,7 @@ impl MonteCarlo {
             assumed_noise: noise,
             velocity_sigma_m_s: 0.01,
             noisy_measurements: true,
-            initial: paper_uncertainty(),
+            initial: paper::initial_uncertainty(),
             errors: None,
             snapshots_s: vec![4.0 * 3600.0],
             seed: 1,

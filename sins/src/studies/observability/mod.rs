@@ -25,7 +25,7 @@ use crate::estimation::model::{Model, Paper};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{NoiseReading, Ship};
-use crate::studies::monte_carlo::paper_uncertainty;
+use crate::studies::paper;
 
 /// What degrees and bounds depend on beside the program.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ impl Default for Setting {
         Self {
             ship: Ship::default(),
             duration_s: 4.0 * 3600.0,
-            initial: paper_uncertainty(),
+            initial: paper::initial_uncertainty(),
             noise: NoiseReading::D.density(),
             velocity_sigma_m_s: 0.01,
         }

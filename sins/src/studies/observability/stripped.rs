@@ -18,7 +18,7 @@ use crate::estimation::error_state::{
     VELOCITY,
 };
 use crate::simulation::Ship;
-use crate::studies::monte_carlo::paper_uncertainty;
+use crate::studies::paper;
 use crate::table::scheme::{Program, SegmentKind};
 
 /// Singular values below this part of the largest one count as zero.
@@ -76,7 +76,7 @@ pub fn ranks(program: &Program, ship: &Ship, cycles: u32) -> Result<Vec<RankAfte
                 .table
                 .attitude(program.target(segment.cycle, segment.step));
         let attitude = block.to_rotation_matrix().into_inner();
-        let f = dynamics_at_rest(&paper_uncertainty().model(), earth, &attitude).dense();
+        let f = dynamics_at_rest(&paper::initial_uncertainty().model(), earth, &attitude).dense();
         let natural = StateMatrix::from_fn(|i, j| f[(i, j)] * units[j] / units[i] / schuler);
         seen = triangle(&stack(&seen, &natural));
         ranks.push(RankAfterDwell {
