@@ -1,16 +1,12 @@
 //! Self-calibration fed from a bag.
 
 use bags::Sample;
-use sins::{
-    machines::self_calibration::{Estimate, SelfCalibration, Settings},
-    stream::stamp_order::{InOrder, StampOrder},
-};
+use sins::machines::self_calibration::{Event, SelfCalibration, Settings};
 
-/// Self-calibration with its samples in the order of their stamps, as the node has it.
+/// Self-calibration that takes the samples of a bag as they come; the machine itself puts them in order.
 pub struct Calibrator {
     /// The machine.
     pub machine: SelfCalibration,
-    order: StampOrder,
 }
 
 impl Calibrator {
@@ -21,7 +17,6 @@ impl Calibrator {
     pub fn new(settings: &Settings) -> Result<Self, sins::Error> {
         Ok(Self {
             machine: SelfCalibration::new(*settings)?,
-            order: StampOrder::new(0.0),
         })
     }
 
@@ -29,23 +24,22 @@ impl Calibrator {
     ///
     /// # Errors
     /// What the machine refuses.
-    pub fn ingest(&mut self, sample: &Sample) -> Result<Option<Estimate>, sins::Error> {
+    pub fn push(&mut self, sample: &Sample) -> Result<(), sins::Error> {
         match sample {
             Sample::Imu(imu) => {
-                self.order.push_sample(*imu);
-                while let Some(next) = self.order.next() {
-                    if let InOrder::Joints(joints) = next {
-                        self.machine.ingest_joints(joints)?;
-                    }
-                }
-                return self.machine.ingest_imu(imu);
+                self.machine.push_imu(imu);
+                Ok(())
             }
-            Sample::Joints(joints) => self.order.push_joints(*joints),
+            Sample::Joints(joints) => self.machine.push_joints(*joints),
             Sample::Fix(fix) => fix
                 .position
-                .map_or(Ok(()), |position| self.machine.ingest_position(position))?,
-            Sample::Velocity(stamp, velocity) => self.machine.ingest_velocity(*stamp, *velocity)?,
+                .map_or(Ok(()), |position| self.machine.push_position(position)),
+            Sample::Velocity(stamp, velocity) => self.machine.push_velocity(*stamp, *velocity),
         }
-        Ok(None)
+    }
+
+    /// What happened next; `None` until more has been pushed.
+    pub fn poll(&mut self) -> Option<Event> {
+        self.machine.poll()
     }
 }

@@ -1,5 +1,9 @@
 //! What was wrong with a bag on the way.
 
+use std::collections::BTreeMap;
+
+use sins::{machines::self_calibration::Event, stream::counts::Refused};
+
 use crate::Listener;
 
 /// What was wrong on the way, said once at the end of each kind.
@@ -11,7 +15,7 @@ pub struct Notes {
     pub lines: Vec<String>,
     /// Of those, what was not said yet.
     held: Vec<String>,
-    not_finite: u64,
+    refused: BTreeMap<String, BTreeMap<&'static str, u64>>,
 }
 
 impl Notes {
@@ -23,22 +27,61 @@ impl Notes {
 
     /// What the machine refused.
     pub fn error(&mut self, listener: &dyn Listener, topic: &str, error: &sins::Error) {
-        if matches!(error, sins::Error::NotFinite { .. }) {
-            self.not_finite += 1;
-            if self.not_finite > 1 {
-                return;
+        let kind = match error {
+            sins::Error::NotFinite { .. } => "not finite",
+            _ => "unusable",
+        };
+        if self.count(topic, kind) == 1 {
+            self.say(listener, format!("{topic}: {error}"));
+        }
+    }
+
+    /// What the machine tells of its samples, which come from `topic`.
+    pub fn event(&mut self, listener: &dyn Listener, topic: &str, event: &Event) {
+        match event {
+            Event::Refused(refused) => self.refused(listener, topic, refused),
+            Event::Restarted {
+                stamp,
+                cause,
+                sensors_kept,
+            } => {
+                let kept = if *sensors_kept {
+                    "; what is known of the sensors is kept"
+                } else {
+                    ""
+                };
+                self.hold(format!(
+                    "{topic}: {cause} at {} ns: alignment starts anew{kept}",
+                    stamp.nanos()
+                ));
             }
+            Event::AlignmentFailed { reason, .. } => {
+                self.hold(format!("{topic}: {reason}"));
+            }
+            Event::Estimate(_) | Event::PhaseChanged { .. } | Event::HoleCrossed { .. } => {}
         }
-        // An alignment that fails again for the same reason is no news; and where none succeeds, the refusal says why.
-        let line = format!("{topic}: {error}");
-        if self.lines.contains(&line) {
-            return;
+    }
+
+    /// A sample that is not used; the first of its kind is said.
+    pub fn refused(&mut self, listener: &dyn Listener, topic: &str, refused: &Refused) {
+        if self.count(topic, refused.why.name()) == 1 {
+            let (stamp, why) = (refused.stamp.nanos(), refused.why);
+            self.say(listener, format!("{topic}: sample at {stamp} ns: {why}"));
         }
-        if matches!(error, sins::Error::Alignment { .. }) {
+    }
+
+    fn count(&mut self, topic: &str, kind: &'static str) -> u64 {
+        let of_topic = self.refused.entry(topic.to_owned()).or_default();
+        let count = of_topic.entry(kind).or_default();
+        *count += 1;
+        *count
+    }
+
+    /// An alignment that fails again for the same reason is no news; and where none succeeds, the refusal says why.
+    pub fn hold(&mut self, line: String) {
+        if !self.lines.contains(&line) {
             self.held.push(line.clone());
             self.lines.push(line);
-        } else {
-            self.say(listener, line);
         }
     }
 
@@ -66,9 +109,10 @@ impl Notes {
             );
             self.say(listener, line);
         }
-        if self.not_finite > 1 {
-            let line = format!("{} samples were not finite in all", self.not_finite);
-            self.say(listener, line);
+        for (topic, kinds) in std::mem::take(&mut self.refused) {
+            for (kind, count) in kinds.into_iter().filter(|(_, count)| *count > 1) {
+                self.say(listener, format!("{topic}: {count} refused in all: {kind}"));
+            }
         }
     }
 }

@@ -28,14 +28,17 @@ fn pipeline(criterion: &mut Criterion) {
         b.iter(|| {
             let mut machine = SelfCalibration::new(Settings::default()).unwrap();
             machine
-                .ingest_position(Position {
+                .push_position(Position {
                     latitude_rad: 0.8,
                     longitude_rad: 2.2,
                     height_m: 0.0,
                 })
                 .unwrap();
             for sample in &samples {
-                black_box(machine.ingest_imu(sample).unwrap());
+                machine.push_imu(sample);
+                while let Some(event) = machine.poll() {
+                    black_box(event);
+                }
             }
         });
     });

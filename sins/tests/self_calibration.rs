@@ -2,12 +2,15 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use nalgebra::Vector3;
-use sins::Error;
 use sins::earth::Position;
 use sins::earth::{EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2};
 use sins::estimation::filter::VelocityMeasurement;
-use sins::machines::self_calibration::{Estimate, Phase, Reference, SelfCalibration, Settings};
+use sins::machines::self_calibration::{
+    Estimate, Event, Phase, Reference, SelfCalibration, Settings,
+};
 use sins::simulation::{Run, Simulator, SimulatorSettings, Tick};
+use sins::stream::counts::Refusal;
+use sins::stream::order::EpochCause;
 use sins::table::scheme::sequencer::SequencerSettings;
 use sins::table::scheme::{Scheme, Sequencer};
 use sins::units::{ARC_MINUTE, DEG_PER_HOUR, MICRO_G};
@@ -33,10 +36,10 @@ fn simulation(scheme: &Scheme, heading_deg: f64, rate_hz: f64, hours: f64, seed:
 }
 
 /// Feeds a tick: everything but the IMU sample first, as a bag in the order of its stamps does.
-fn feed(machine: &mut SelfCalibration, tick: &Tick) -> Result<Option<Estimate>, Error> {
+fn feed(machine: &mut SelfCalibration, tick: &Tick) -> Vec<Event> {
     if let Some(fix) = tick.position {
         machine
-            .ingest_position(Position {
+            .push_position(Position {
                 latitude_rad: fix.latitude_rad,
                 longitude_rad: fix.longitude_rad,
                 height_m: fix.height_m,
@@ -44,12 +47,12 @@ fn feed(machine: &mut SelfCalibration, tick: &Tick) -> Result<Option<Estimate>, 
             .unwrap();
     }
     if let Some(joints) = tick.joints {
-        machine.ingest_joints(joints).unwrap();
+        machine.push_joints(joints).unwrap();
     }
     if let Some(velocity) = tick.velocity {
         let east_north = [velocity.velocity.x, velocity.velocity.y];
         machine
-            .ingest_velocity(
+            .push_velocity(
                 velocity.stamp,
                 VelocityMeasurement {
                     east_north,
@@ -58,7 +61,17 @@ fn feed(machine: &mut SelfCalibration, tick: &Tick) -> Result<Option<Estimate>, 
             )
             .unwrap();
     }
-    machine.ingest_imu(&tick.imu)
+    machine.push_imu(&tick.imu);
+    std::iter::from_fn(|| machine.poll()).collect()
+}
+
+/// The last estimate among events.
+fn estimate(events: Vec<Event>) -> Option<Estimate> {
+    let estimates = events.into_iter().filter_map(|event| match event {
+        Event::Estimate(estimate) => Some(*estimate),
+        _ => None,
+    });
+    estimates.last()
 }
 
 /// Three hundred seconds at rest, any heading, Table 1 errors: level within 0.4', and the azimuth where the east drift and
@@ -79,7 +92,7 @@ fn coarse_alignment_from_any_heading() {
             300.0 / 3600.0,
             k as u64,
         ) {
-            feed(&mut machine, &tick.unwrap()).unwrap();
+            feed(&mut machine, &tick.unwrap());
         }
         let estimate = machine.finish().unwrap();
         let off =
@@ -127,7 +140,7 @@ fn four_hours_of_eight_positions() {
     let mut last = None;
     for tick in simulation(&Scheme::eight_position(), 0.0, 20.0, 4.0, 5) {
         let tick = tick.unwrap();
-        if let Some(estimate) = feed(&mut machine, &tick).unwrap() {
+        if let Some(estimate) = estimate(feed(&mut machine, &tick)) {
             let (drift, bias) = (
                 estimate.gyroscope_drift_sigma(),
                 estimate.accelerometer_bias_sigma(),
@@ -192,16 +205,14 @@ fn a_damaged_stream_is_bridged_and_told() {
             20_000 => tick.imu.angular_rate.x = f64::NAN,
             _ => {}
         }
-        match feed(&mut machine, &tick) {
-            Ok(Some(estimate)) => last = Some(estimate),
-            Ok(None) => {}
-            Err(error) => {
-                assert!(matches!(error, Error::NotFinite { .. }));
-                refused += 1;
-            }
-        }
+        let events = feed(&mut machine, &tick);
+        refused += events
+            .iter()
+            .filter(|event| matches!(event, Event::Refused(r) if r.why == Refusal::NotFinite))
+            .count();
+        last = estimate(events).or(last);
         if k == 30_000 {
-            feed(&mut machine, &tick).unwrap();
+            feed(&mut machine, &tick);
         }
     }
     let estimate = last.unwrap();
@@ -209,7 +220,7 @@ fn a_damaged_stream_is_bridged_and_told() {
     assert_eq!(
         (
             refused,
-            estimate.samples.not_finite,
+            counts.not_finite,
             counts.gaps,
             counts.lost,
             counts.repeated
@@ -223,25 +234,37 @@ fn a_damaged_stream_is_bridged_and_told() {
     assert!(bias.amax() < 3.5 && drift.amax() < 3.5, "{bias} {drift}");
 }
 
-/// Stamps that jump by a minute start the alignment anew, with a line that names both stamps; the machine then converges.
+/// Stamps that jump by a minute start the alignment anew, with an event that says when and why.
 #[test]
 fn a_jump_of_the_stamps_starts_anew() {
     let mut machine = SelfCalibration::new(Settings::default()).unwrap();
-    let mut errors = Vec::new();
+    let mut restarts = Vec::new();
     for (k, tick) in simulation(&Scheme::stationary(), 10.0, 10.0, 0.3, 7).enumerate() {
         let mut tick = tick.unwrap();
         if k >= 5000 {
             tick.imu.stamp = tick.imu.stamp.plus_seconds(60.0);
         }
-        if let Err(error) = feed(&mut machine, &tick) {
-            errors.push(error.to_string());
-            assert_eq!(machine.phase(), Phase::CoarseAlignment);
+        for event in feed(&mut machine, &tick) {
+            if let Event::Restarted {
+                stamp,
+                cause,
+                sensors_kept,
+            } = event
+            {
+                assert!(sensors_kept);
+                restarts.push((stamp.nanos(), cause));
+                assert_eq!(machine.phase(), Phase::CoarseAlignment);
+            }
         }
     }
-    assert_eq!(errors.len(), 1);
-    assert!(errors[0].contains("560100000000 ns"), "{}", errors[0]);
+    assert_eq!(restarts.len(), 1);
+    assert_eq!(restarts[0].0, 560_100_000_000);
+    assert!(
+        matches!(restarts[0].1, EpochCause::Hole { seconds } if (seconds - 60.1).abs() < 1e-6),
+        "{restarts:?}"
+    );
     assert_eq!(machine.phase(), Phase::FineAlignment);
-    assert_eq!(machine.samples().restarts, 1);
+    assert_eq!(machine.samples().counts.restarts, 1);
 }
 
 /// A push of the ship that the filter was not told of makes the innovations fail their test.
@@ -253,7 +276,7 @@ fn an_unmodelled_motion_is_inconsistent() {
         if k > 6000 {
             tick.imu.specific_force.x += 0.01 * (k as f64 * 0.002).sin();
         }
-        feed(&mut machine, &tick).unwrap();
+        feed(&mut machine, &tick);
     }
     assert_eq!(machine.phase(), Phase::Inconsistent);
     assert!(machine.last().unwrap().innovations.failures > 0);
@@ -269,7 +292,7 @@ fn wrong_axes_of_the_table_are_told() {
         }
         let mut machine = SelfCalibration::new(settings).unwrap();
         for tick in simulation(&Scheme::eight_position(), 0.0, 10.0, 0.4, 10) {
-            feed(&mut machine, &tick.unwrap()).unwrap();
+            feed(&mut machine, &tick.unwrap());
         }
         assert_eq!(machine.last().unwrap().axes_doubt().is_some(), doubted);
     }
@@ -280,7 +303,8 @@ fn wrong_axes_of_the_table_are_told() {
 fn an_alignment_without_what_it_needs_says_so() {
     let mut machine = SelfCalibration::new(Settings::default()).unwrap();
     for tick in simulation(&Scheme::stationary(), 0.0, 10.0, 0.01, 9) {
-        machine.ingest_imu(&tick.unwrap().imu).unwrap();
+        machine.push_imu(&tick.unwrap().imu);
+        while machine.poll().is_some() {}
     }
     assert!(
         machine
@@ -291,7 +315,7 @@ fn an_alignment_without_what_it_needs_says_so() {
             .contains("no position")
     );
     machine
-        .ingest_position(Position {
+        .push_position(Position {
             latitude_rad: 0.8,
             longitude_rad: 0.0,
             height_m: 0.0,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use sins::earth::Position;
 use sins::{
     estimation::error_state::BIAS,
-    machines::self_calibration::{Estimate, SelfCalibration, Settings},
+    machines::self_calibration::{Estimate, Event, SelfCalibration, Settings},
     sensor::errors::SensorErrors,
     simulation::{
         ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings,
@@ -107,25 +107,29 @@ fn trial(plan: &Plan, run: u64) -> Result<Trial, Error> {
         ..Settings::default()
     })?;
     let sequencer = Sequencer::new(scheme.program(turntable)?, SequencerSettings::default())?;
-    machine.ingest_joints(simulator.first_joints())?;
+    machine.push_joints(simulator.first_joints())?;
     let mut simulation = Run::new(simulator, sequencer, HOURS * 3600.0);
     let mut history = Vec::new();
     for tick in simulation.by_ref() {
         let tick = tick?;
         if let Some(fix) = &tick.position {
-            machine.ingest_position(Position {
+            machine.push_position(Position {
                 latitude_rad: fix.latitude_rad,
                 longitude_rad: fix.longitude_rad,
                 height_m: fix.height_m,
             })?;
         }
         if let Some(joints) = tick.joints {
-            machine.ingest_joints(joints)?;
+            machine.push_joints(joints)?;
         }
-        if let Some(estimate) = machine.ingest_imu(&tick.imu)?
-            && run == 0
-            && estimate.duration_s >= history.len() as f64 * KEPT_S
-        {
+        machine.push_imu(&tick.imu);
+        while let Some(event) = machine.poll() {
+            let Event::Estimate(estimate) = event else {
+                continue;
+            };
+            if run != 0 || estimate.duration_s < history.len() as f64 * KEPT_S {
+                continue;
+            }
             history.push(Kept {
                 time_s: estimate.duration_s,
                 value: estimate

@@ -150,6 +150,8 @@ pub struct History {
     pub phase: Option<u8>,
     /// Updates at which a full window of innovations failed.
     pub failures: u64,
+    /// What the judge has against the last of our own estimates.
+    pub reasons: Vec<String>,
     /// Counts of the newest estimate.
     pub counts: Counts,
     /// Times at which an alignment began anew, up to a bound.
@@ -169,6 +171,7 @@ impl Default for History {
             more_phases: 0,
             phase: None,
             failures: 0,
+            reasons: Vec::new(),
             counts: Counts::default(),
             restarts: Vec::new(),
             taken: 0,

@@ -6,7 +6,7 @@ use ros2_interfaces::{
 };
 use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-use sins::{earth::Position, time::Stamp};
+use sins::{earth::Position, machines::self_calibration::Event, time::Stamp};
 
 use super::{
     diagnostics::Diagnostics,
@@ -188,7 +188,7 @@ impl Gathering<'_> {
         if let Some(sample) = source.first_position(self.bag, self.topics.sensors.fix)?
             && let Some(calibrator) = &mut self.calibrator
         {
-            calibrator.ingest(&sample).map_err(Error::Position)?;
+            calibrator.push(&sample).map_err(Error::Position)?;
         }
         if options.start_offset.is_some() {
             self.latched_truth()?;
@@ -254,24 +254,24 @@ impl Gathering<'_> {
         if self.is_position_given && matches!(sample, Sample::Fix(_)) {
             return;
         }
-        match calibrator.ingest(&sample) {
-            Ok(Some(estimate)) => {
+        let name = &self.bag.topics()[topic].name;
+        if let Err(error) = calibrator.push(&sample) {
+            self.run.notes.error(self.listener, name, &error);
+        }
+        while let Some(event) = calibrator.poll() {
+            if let Event::Estimate(estimate) = &event {
                 let attitude = estimate.navigation.attitude;
                 self.run.truth.take_estimate(estimate.stamp, attitude);
-                let counts = Counts::from(&estimate);
+                let counts = Counts::from(&**estimate);
                 self.own.failures = estimate.innovations.failures;
                 self.own
-                    .take(Point::from(&estimate), estimate.innovations.last, counts);
+                    .take(Point::from(&**estimate), estimate.innovations.last, counts);
                 self.made += 1;
                 if self.made.is_multiple_of(60) {
                     self.listener.task(estimate.phase.name());
                 }
             }
-            Ok(None) => {}
-            Err(error) => {
-                let name = &self.bag.topics()[topic].name;
-                self.run.notes.error(self.listener, name, &error);
-            }
+            self.run.notes.event(self.listener, name, &event);
         }
         if let Sample::Imu(imu) = &sample {
             let phase = phase_number(calibrator.machine.phase());
@@ -362,6 +362,7 @@ impl Gathering<'_> {
                     source,
                 })?;
             self.own.take_phase(last.stamp, phase_number(last.phase));
+            self.own.reasons = last.verdict(calibrator.machine.settings()).reasons;
             self.own.failures = last.innovations.failures;
             if self.own.newest == Some(last.stamp) {
                 // Samples behind the last estimate count too.

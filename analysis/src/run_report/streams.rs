@@ -4,7 +4,7 @@ use bags::{RawMessage, Topic};
 use ros2_interfaces::KnownType;
 use rotary_sins_msgs::known_type;
 use sins::{
-    stream::sampling::{Interval, SampleClock},
+    stream::order::{Follows, Ordered, StampOrder},
     time::Stamp,
 };
 use stream_monitor::StreamMonitor;
@@ -45,7 +45,7 @@ pub struct Stream {
     monitor: StreamMonitor,
     usual: u64,
     /// Counts as the machines count, for the samples that they take.
-    clock: Option<SampleClock>,
+    clock: Option<StampOrder<()>>,
 }
 
 impl Stream {
@@ -61,7 +61,7 @@ impl Stream {
             logged: None,
             monitor: StreamMonitor::default(),
             usual: 0,
-            clock: is_imu.then(SampleClock::default),
+            clock: is_imu.then(StampOrder::default),
         }
     }
 
@@ -82,9 +82,9 @@ impl Stream {
     fn follow(&mut self, time: Stamp) {
         let before = self.times.map(|times| times.1);
         let (lost_before, usual_ns) = (self.lost(), self.monitor.interval_nanos());
-        let mut is_gap = self.monitor.ingest(time.nanos());
-        if let Some(clock) = &mut self.clock {
-            is_gap = matches!(clock.classify(time), Interval::Gap { .. });
+        let is_gap = self.monitor.ingest(time.nanos());
+        if self.clock.is_some() {
+            return self.follow_samples(time);
         }
         let first = self.times.map_or(time, |times| times.0);
         self.times = Some((first, time));
@@ -101,6 +101,34 @@ impl Stream {
         } else if usual_ns.is_none_or(|usual| length_s > 0.5e-9 * usual as f64) {
             self.usual += 1;
         }
+    }
+
+    /// Counts the samples of the IMU as the machines do.
+    fn follow_samples(&mut self, time: Stamp) {
+        let Some(clock) = &mut self.clock else { return };
+        clock.push(time, ());
+        while let Some(next) = clock.pop() {
+            let Ordered::Next(stamp, (), follows) = next else {
+                continue;
+            };
+            let first = self.times.map_or(stamp, |times| times.0);
+            if let Follows::Hole { interval_s, lost } = follows
+                && self.gaps.len() < LISTED
+            {
+                self.gaps.push(Gap {
+                    from: stamp.plus_seconds(-interval_s),
+                    length_s: interval_s,
+                    lost,
+                });
+            }
+            self.times = Some((first, stamp));
+        }
+    }
+
+    /// Samples that came, and how many of them were not used, as the machines count.
+    pub fn refused(&self) -> Option<(u64, u64)> {
+        let counts = self.clock.as_ref()?.counts();
+        Some((counts.samples + counts.refused(), counts.refused()))
     }
 
     /// Whether its times are the stamps of its messages, not those of the recorder.
@@ -135,7 +163,13 @@ impl Stream {
 
     /// Stamps that came twice, and stamps that ran back.
     pub fn repeated_backward(&self) -> (u64, u64) {
-        (self.monitor.repeated(), self.monitor.backward())
+        self.clock.as_ref().map_or(
+            (self.monitor.repeated(), self.monitor.backward()),
+            |clock| {
+                let counts = clock.counts();
+                (counts.repeated, counts.backward + counts.alone)
+            },
+        )
     }
 
     /// The longest time between two messages \[s\].

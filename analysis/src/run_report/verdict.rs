@@ -126,7 +126,7 @@ pub struct Finding {
 pub fn findings(run: &GatheredRun, end: &End) -> Vec<Finding> {
     let mut findings = vec![converged(run), consistent(run)];
     findings.extend(near_truth(end));
-    findings.extend([without_gaps(run), whole(run)]);
+    findings.extend([without_gaps(run), without_refusals(run), whole(run)]);
     let diagnostics = run.diagnostics.list().len() as u64;
     if diagnostics > 0 {
         findings.push(Finding {
@@ -161,14 +161,20 @@ fn converged(run: &GatheredRun) -> Finding {
     let fault = match phase {
         SelfCalibrationEstimate::CONVERGED => None,
         SelfCalibrationEstimate::INCONSISTENT => Some("not converged".to_owned()),
-        other => Some(format!("not converged: {}", phase_name(other))),
+        other => {
+            let reason = run.history.reasons.first();
+            let reason = reason.map_or_else(String::new, |reason| format!(": {reason}"));
+            Some(format!("not converged: {}{reason}", phase_name(other)))
+        }
     };
     finding("not_converged", fault, "converged")
 }
 
 fn consistent(run: &GatheredRun) -> Finding {
     let failures = run.history.failures;
-    let fault = (failures > 0).then(|| {
+    // The judge's word: a run that failed is consistent again where windows enough have agreed since.
+    let is_doubtful = run.history.phase == Some(SelfCalibrationEstimate::INCONSISTENT);
+    let fault = is_doubtful.then(|| {
         format!(
             "inconsistent: NIS above its bound at {}",
             plural(failures, "update")
@@ -215,6 +221,15 @@ fn without_gaps(run: &GatheredRun) -> Finding {
         )
     });
     finding("gaps", fault, "no sample missing")
+}
+
+/// Samples that the machines do not use for their stamps.
+fn without_refusals(run: &GatheredRun) -> Finding {
+    let counts = run.imu.and_then(|at| run.streams[at].refused());
+    let fault = counts
+        .filter(|(_, refused)| *refused > 0)
+        .map(|(came, refused)| format!("{refused} of {came} samples refused for their stamps"));
+    finding("refused", fault, "no sample refused")
 }
 
 fn whole(run: &GatheredRun) -> Finding {

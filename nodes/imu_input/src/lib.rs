@@ -2,15 +2,14 @@
 
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use sins::Stamp;
-use sins::stream::sampling::StreamCounts;
+use sins::stream::counts::StreamCounts;
 
 /// How the samples come: their arrival, their rate, and what the machine counts of them.
 pub fn samples_report(
     watch: &InputWatch,
     stamps: &StreamMonitor,
     counts: StreamCounts,
-    not_finite: u64,
-    restarts: u64,
+    publishers: usize,
 ) -> Report {
     let report = watch
         .report()
@@ -20,8 +19,13 @@ pub fn samples_report(
         .with("lost", counts.lost)
         .with("repeated", counts.repeated)
         .with("backward", counts.backward)
-        .with("not finite", not_finite)
-        .with("restarts", restarts)
+        .with("stamps alone", counts.alone)
+        .with("not finite", counts.not_finite)
+        .with("beyond range", counts.beyond_range)
+        .with("spikes", counts.spikes)
+        .with("put in order", counts.reordered)
+        .with("restarts", counts.restarts)
+        .with("publishers", publishers)
         .with("zero stamps", stamps.zero())
         .with("jitter [ms]", milliseconds(stamps.jitter_nanos()))
         .with(
@@ -39,14 +43,53 @@ pub fn samples_report(
             ),
         );
     }
-    if counts.gaps == 0 {
+    let topic = watch.topic();
+    let mut faults = Vec::new();
+    if counts.gaps > 0 {
+        faults.push(format!(
+            "{} gaps, {} samples lost",
+            counts.gaps, counts.lost
+        ));
+    }
+    if counts.refused() > 0 {
+        faults.push(format!("{} samples refused", counts.refused()));
+    }
+    if counts.restarts > 0 {
+        faults.push(format!("the clock was broken {} times", counts.restarts));
+    }
+    if publishers > 1 {
+        faults.push(several_publishers(publishers));
+    }
+    if faults.is_empty() {
         return report;
     }
-    let (topic, gaps, lost) = (watch.topic(), counts.gaps, counts.lost);
-    report.worsened(
-        Level::Warn,
-        &format!("{topic}: {gaps} gaps, {lost} samples lost"),
+    report.worsened(Level::Warn, &format!("{topic}: {}", faults.join(", ")))
+}
+
+/// What to say where more than one publishes on the topic of the samples.
+fn several_publishers(publishers: usize) -> String {
+    format!(
+        "{publishers} publishers, expected one: the samples of several units cannot be told apart"
     )
+}
+
+/// Watches how many publish on the topic of the samples, and says it once where it is more than one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PublisherCount(usize);
+
+impl PublisherCount {
+    /// Takes the count of now.
+    pub fn take(&mut self, topic: &str, publishers: usize) {
+        if publishers > 1 && publishers != self.0 {
+            tracing::warn!("{topic}: {}", several_publishers(publishers));
+        }
+        self.0 = publishers;
+    }
+
+    /// The count.
+    pub fn get(self) -> usize {
+        self.0
+    }
 }
 
 fn milliseconds(nanos: Option<i64>) -> String {
@@ -82,7 +125,7 @@ mod tests {
             stamps.ingest(nanos);
         }
         let report =
-            |stamps: &StreamMonitor| samples_report(&watch, stamps, StreamCounts::default(), 0, 0);
+            |stamps: &StreamMonitor| samples_report(&watch, stamps, StreamCounts::default(), 1);
         let good = report(&stamps);
         assert_eq!(good.level(), Level::Ok);
         assert_eq!(good.value("jitter [ms]"), Some("2.000"));
@@ -92,5 +135,25 @@ mod tests {
         stamps.ingest(0);
         assert_eq!(report(&stamps).level(), Level::Error);
         assert_eq!(report(&stamps).value("zero stamps"), Some("2"));
+    }
+
+    /// Two publishers are a warning that says so; so are samples that were refused.
+    #[test]
+    fn two_publishers_are_told() {
+        let watch = InputWatch::required("imu/data_raw", Duration::from_secs(2));
+        let stamps = StreamMonitor::default();
+        let report = |counts, publishers| samples_report(&watch, &stamps, counts, publishers);
+        let counts = StreamCounts::default();
+        assert!(!format!("{:?}", report(counts, 1)).contains("publishers, expected one"));
+        let two = format!("{:?}", report(counts, 2));
+        assert!(
+            two.contains("imu/data_raw: 2 publishers, expected one"),
+            "{two}"
+        );
+        let refused = StreamCounts {
+            repeated: 7,
+            ..counts
+        };
+        assert!(format!("{:?}", report(refused, 1)).contains("7 samples refused"));
     }
 }

@@ -2,21 +2,23 @@
 
 use std::time::Duration;
 
-use imu_input::samples_report;
+use imu_input::{PublisherCount, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use ros2_interfaces::tf2_msgs::TFMessage;
 use rotary_sins_msgs::Calibration;
-use rotary_sins_msgs::convert::{FromMessage, position_from_fix, stamp_from_time};
+use rotary_sins_msgs::convert::{
+    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+};
 use ship_sentences::Motion;
 use sins::earth::Position;
-use sins::machines::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
+use sins::machines::navigator::{
+    Navigator, NavigatorEvent, NavigatorOutput, NavigatorPhase, Solution,
+};
 use sins::machines::odometry::vehicle_motion;
 use sins::sensor::sample::ImuSample;
-use sins::stream::joint_history::JointHistory;
-use sins::stream::stamp_order::{InOrder, StampOrder};
 use sins::table::JointSample;
 use sins::{Error, Stamp};
 
@@ -31,6 +33,8 @@ pub mod topic {
     pub const JOINTS: &str = "turntable/joint_states";
     /// Position of the ship.
     pub const FIX: &str = "fix";
+    /// Velocity of the ship.
+    pub const VELOCITY: &str = "aiding/velocity";
     /// Calibrations.
     pub const CALIBRATION: &str = "self_calibration/calibration";
 }
@@ -94,6 +98,7 @@ struct Inputs {
     imu: InputWatch,
     joints: InputWatch,
     fix: InputWatch,
+    velocity: InputWatch,
     calibration: InputWatch,
 }
 
@@ -104,8 +109,9 @@ pub struct Compensator {
     navigator: Navigator,
     inputs: Inputs,
     imu_stamps: StreamMonitor,
-    order: StampOrder,
-    joints: JointHistory,
+    publishers: PublisherCount,
+    /// The joints at the newest sample.
+    joints: JointSample,
     frame_id: String,
     origin: Option<Position>,
     phase: NavigatorPhase,
@@ -117,9 +123,6 @@ pub struct Compensator {
     /// Block frame and origin that the fixed transforms were last made of.
     fixed_for: Option<(String, Option<Position>)>,
     calibrations: u64,
-    /// A calibration of a time whose samples are still to come.
-    early: Option<Calibration>,
-    navigated: Option<Stamp>,
 }
 
 impl Compensator {
@@ -137,11 +140,16 @@ impl Compensator {
                 imu: InputWatch::required(topic::IMU, silence),
                 joints: InputWatch::optional(topic::JOINTS, silence),
                 fix: InputWatch::optional(topic::FIX, silence),
+                velocity: InputWatch::optional(topic::VELOCITY, silence),
                 calibration: InputWatch::optional(topic::CALIBRATION, silence),
             },
             imu_stamps: StreamMonitor::default(),
-            order: StampOrder::new(settings.joint_patience_s),
-            joints: JointHistory::default(),
+            publishers: PublisherCount::default(),
+            joints: JointSample {
+                stamp: Stamp::default(),
+                position: [0.0; 2],
+                velocity: [0.0; 2],
+            },
             frame_id: "imu_link".to_owned(),
             origin: None,
             problem: None,
@@ -151,8 +159,6 @@ impl Compensator {
             motion_due: Decimation::new(settings.nmea_rate_hz),
             fixed_for: None,
             calibrations: 0,
-            early: None,
-            navigated: None,
             settings,
         })
     }
@@ -170,7 +176,7 @@ impl Compensator {
             );
             return;
         };
-        match self.navigator.ingest_position(position) {
+        match self.navigator.push_position(position) {
             Ok(()) => {
                 self.origin.get_or_insert(position);
             }
@@ -182,18 +188,6 @@ impl Compensator {
     /// starts from it only where it has the samples around it.
     pub fn calibration(&mut self, message: &Calibration) {
         self.inputs.calibration.arrived(1);
-        let ahead_s = self.navigated.map_or(0.0, |navigated| {
-            stamp_from_time(message.header.stamp).seconds_since(navigated)
-        });
-        if ahead_s > 0.0 && ahead_s <= self.settings.navigator.history_s {
-            self.early = Some(message.clone());
-        } else {
-            self.early = None;
-            self.take_calibration(message);
-        }
-    }
-
-    fn take_calibration(&mut self, message: &Calibration) {
         let calibration = match translation::calibration(message) {
             Ok(calibration) => calibration,
             Err(reason) => {
@@ -201,12 +195,8 @@ impl Compensator {
                 return;
             }
         };
-        let place = Position {
-            latitude_rad: calibration.position.latitude_rad,
-            longitude_rad: calibration.position.longitude_rad,
-            height_m: calibration.position.height_m,
-        };
-        match self.navigator.ingest_calibration(calibration) {
+        let place = calibration.position;
+        match self.navigator.push_calibration(calibration) {
             Ok(()) => {
                 self.calibrations += 1;
                 self.origin.get_or_insert(place);
@@ -223,11 +213,25 @@ impl Compensator {
         self.follow_phase();
     }
 
+    /// A velocity over ground, for the node's own alignment where it is told that there are any.
+    pub fn velocity(&mut self, message: &TwistWithCovarianceStamped) {
+        self.inputs.velocity.arrived(1);
+        let measured = velocity_from_twist(message);
+        let stamp = stamp_from_time(message.header.stamp);
+        if let Err(error) = self.navigator.push_velocity(stamp, measured) {
+            self.inputs.velocity.refuse("unusable", error);
+        }
+    }
+
     /// A reading of the joints. Samples that waited for it go on.
     pub fn joints(&mut self, message: &JointState, publish: &mut impl FnMut(Output)) {
         self.inputs.joints.arrived(1);
         match JointSample::from_message(message) {
-            Ok(sample) => self.order.push_joints(sample),
+            Ok(sample) => {
+                if let Err(error) = self.navigator.push_joints(sample) {
+                    self.inputs.joints.refuse("not finite", error);
+                }
+            }
             Err(error) => self.inputs.joints.refuse("other joints", error),
         }
         self.advance(publish);
@@ -235,7 +239,12 @@ impl Compensator {
 
     /// Whether samples wait for a joint state.
     pub fn is_waiting(&self) -> bool {
-        self.order.waiting() > 0
+        self.navigator.stream().waits_beside()
+    }
+
+    /// So many publish on the topic of the samples.
+    pub fn publishers(&mut self, count: usize) {
+        self.publishers.take(topic::IMU, count);
     }
 
     /// A sample; it goes on when its joint state is there.
@@ -247,7 +256,7 @@ impl Compensator {
                 if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
                     self.frame_id.clone_from(&imu.header.frame_id);
                 }
-                self.order.push_sample(sample);
+                self.navigator.push_imu(&sample);
                 self.advance(publish);
             }
             Err(error) => self.inputs.imu.refuse("stamp", error),
@@ -256,52 +265,74 @@ impl Compensator {
 
     /// The samples that still wait for a joint state go on without: no more will come.
     pub fn flush(&mut self, publish: &mut impl FnMut(Output)) {
-        for sample in self.order.flush() {
-            if let Some(output) = self.navigate(&sample) {
-                publish(output);
-            }
-        }
+        self.navigator.end();
+        self.advance(publish);
     }
 
     fn advance(&mut self, publish: &mut impl FnMut(Output)) {
-        while let Some(next) = self.order.next() {
-            match next {
-                InOrder::Joints(joints) => {
-                    let taken = self.joints.push(joints);
-                    if let Err(error) = taken.and_then(|()| self.navigator.ingest_joints(joints)) {
-                        self.inputs.joints.refuse("not finite", error);
-                    }
-                }
-                InOrder::Sample(sample) => {
-                    if let Some(output) = self.navigate(&sample) {
+        while let Some(event) = self.navigator.poll() {
+            match event {
+                NavigatorEvent::Sample {
+                    sample,
+                    joints,
+                    output,
+                } => {
+                    if let Some(output) = self.navigated(&sample, joints, output.as_deref()) {
                         publish(output);
                     }
+                }
+                NavigatorEvent::Refused(refused) => {
+                    let stamp = refused.stamp.nanos();
+                    let reason = format!("sample at {stamp} ns: {}", refused.why);
+                    self.inputs.imu.refuse(refused.why.name(), reason);
+                }
+                NavigatorEvent::PhaseChanged { .. } => self.follow_phase(),
+                NavigatorEvent::CalibrationTaken { .. } => {}
+                NavigatorEvent::CalibrationRefused { reason, .. } => {
+                    self.inputs.calibration.refuse("unusable", reason);
+                }
+                NavigatorEvent::Restarted { stamp, cause } => {
+                    let stamp = stamp.nanos();
+                    self.trouble(format!(
+                        "{cause} at {stamp} ns: navigation cannot go on and aligns itself anew"
+                    ));
+                }
+                NavigatorEvent::HoleCrossed {
+                    stamp,
+                    seconds,
+                    held,
+                } => {
+                    let how = if held {
+                        "course and speed are kept, less certain"
+                    } else {
+                        "bridged"
+                    };
+                    let stamp = stamp.nanos();
+                    tracing::warn!(
+                        "{}: a hole of {seconds:.3} s up to {stamp} ns: {how}",
+                        topic::IMU
+                    );
+                }
+                NavigatorEvent::AlignmentFailed { reason, .. } => {
+                    self.trouble(reason);
                 }
             }
         }
     }
 
-    fn navigate(&mut self, sample: &ImuSample) -> Option<Output> {
-        let result = self.navigator.ingest_imu(sample);
-        let output = match result {
-            Ok(output) => output,
-            Err(error @ Error::NotFinite { .. }) => {
-                self.inputs.imu.refuse("not finite", error);
-                None
-            }
-            Err(error) => {
-                tracing::error!("{}: {error}", topic::IMU);
-                self.problem = Some(error.to_string());
-                None
-            }
-        };
-        self.navigated = Some(sample.stamp);
-        let is_due = |early: &mut Calibration| stamp_from_time(early.header.stamp) <= sample.stamp;
-        if let Some(calibration) = self.early.take_if(is_due) {
-            self.take_calibration(&calibration);
-        }
-        self.follow_phase();
-        let solution = output.as_ref().map(|output| &output.compensated);
+    fn trouble(&mut self, problem: String) {
+        tracing::error!("{}: {problem}", topic::IMU);
+        self.problem = Some(problem);
+    }
+
+    fn navigated(
+        &mut self,
+        sample: &ImuSample,
+        joints: JointSample,
+        output: Option<&NavigatorOutput>,
+    ) -> Option<Output> {
+        self.joints = joints;
+        let solution = output.map(|output| &output.compensated);
         let (fixed_transforms, transforms) = self.transforms(sample.stamp, solution);
         let Some(output) = output else {
             return transforms.is_some().then(|| Output {
@@ -319,8 +350,8 @@ impl Compensator {
         (navigation || imu || motion || transforms.is_some()).then(|| Output {
             transforms,
             fixed_transforms,
-            motion: motion.then(|| self.motion(&output, sample)),
-            ..self.messages(&output, sample, navigation, imu)
+            motion: motion.then(|| self.motion(output, sample)),
+            ..self.messages(output, sample, navigation, imu)
         })
     }
 
@@ -349,7 +380,7 @@ impl Compensator {
         let moving = transforms::moving(
             stamp,
             settings.navigator.alignment.turntable,
-            self.joints.angles_at(stamp),
+            self.joints.position,
             solution.zip(self.origin.as_ref()),
             &settings.odometry_frame_id,
             &settings.base_frame_id,
@@ -361,7 +392,7 @@ impl Compensator {
         let motion = vehicle_motion(
             &output.compensated,
             &self.settings.navigator.alignment.turntable,
-            &self.joints.at(output.stamp),
+            &self.joints,
             &sample.angular_rate_variance,
         );
         instruments::ship_motion(output.stamp, &output.compensated, &motion)
@@ -398,7 +429,7 @@ impl Compensator {
         let motion = vehicle_motion(
             solution,
             turntable,
-            &self.joints.at(stamp),
+            &self.joints,
             &sample.angular_rate_variance,
         );
         let frames = [
@@ -423,13 +454,12 @@ impl Compensator {
 
     /// How the samples come.
     pub fn imu_report(&self) -> Report {
-        let stream = self.navigator.stream();
+        let counts = self.navigator.stream().counts();
         samples_report(
             &self.inputs.imu,
             &self.imu_stamps,
-            stream.counts(),
-            stream.not_finite(),
-            stream.jumps(),
+            counts,
+            self.publishers.get(),
         )
     }
 
@@ -438,7 +468,7 @@ impl Compensator {
         self.inputs
             .joints
             .report()
-            .with("samples waiting", self.order.waiting())
+            .with("samples waiting", self.navigator.stream().waiting())
     }
 
     /// Where navigation stands.
@@ -447,7 +477,9 @@ impl Compensator {
             .with("phase", self.phase.name())
             .with("calibrations", self.calibrations)
             .with("calibrations refused", self.inputs.calibration.refused())
-            .with("fixes refused", self.inputs.fix.refused());
+            .with("fixes refused", self.inputs.fix.refused())
+            .with("velocities", self.inputs.velocity.received())
+            .with("velocities refused", self.inputs.velocity.refused());
         if self.phase == NavigatorPhase::Aligning && self.origin.is_none() {
             report = report.worsened(Level::Warn, "aligning waits for a valid position on fix");
         }

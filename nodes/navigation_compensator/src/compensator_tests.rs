@@ -16,8 +16,10 @@ const INTERVAL_NANOS: i64 = 10_000_000;
 
 fn compensator(output_rate_hz: f64) -> Compensator {
     Compensator::new(NodeSettings {
-        navigator: sins::machines::navigator::NavigatorSettings::default(),
-        joint_patience_s: 0.1,
+        navigator: sins::machines::navigator::NavigatorSettings {
+            joint_patience_s: 0.1,
+            ..sins::machines::navigator::NavigatorSettings::default()
+        },
         output_rate_hz,
         imu_output_rate_hz: 0.0,
         odometry_frame_id: "odom".to_owned(),

@@ -13,6 +13,7 @@ use rotary_sins_msgs::Calibration;
 use crate::compensator::{Compensator, Output, SolutionMessages, topic};
 use crate::instruments::Instruments;
 use crate::parameters;
+use sins::machines::self_calibration::Reference;
 
 /// How often the inputs are looked at where no sample comes.
 const TICK: Duration = Duration::from_millis(500);
@@ -79,7 +80,9 @@ impl SolutionPublishers {
 /// What the parameters or the middleware refuse.
 pub async fn main(node: Node) -> anyhow::Result<()> {
     let given = parameters::settings(node.parameters())?;
-    let shared = Shared(Arc::new(Mutex::new(Compensator::new(given.node()?)?)));
+    let settings = given.node()?;
+    let reference = settings.navigator.alignment.reference;
+    let shared = Shared(Arc::new(Mutex::new(Compensator::new(settings)?)));
     let compensated = SolutionPublishers::new(&node, "")?;
     let uncompensated = SolutionPublishers::new(&node, "uncompensated/")?;
     let (frames, fixed_frames) = (
@@ -110,6 +113,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         node.subscription(topic::JOINTS, Qos::reliable(depth))?;
     let mut calibrations: Subscription<Calibration> =
         node.subscription(topic::CALIBRATION, Qos::latched(1))?;
+    let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match reference {
+        Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
+        Reference::Moored { .. } => None,
+    };
     let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
     watch(&node, &shared);
     node.set_ready();
@@ -142,6 +149,11 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         {
             // Everything that is there at each wake-up; what the samples need comes first.
             let mut compensator = shared.lock();
+            compensator.publishers(samples.publisher_count());
+            let velocities = velocities.iter_mut();
+            for velocity in velocities.flat_map(|v| std::iter::from_fn(|| v.try_recv())) {
+                compensator.velocity(&velocity);
+            }
             let rest = std::iter::from_fn(|| joints.try_recv()).take(BATCH);
             for message in joint.into_iter().chain(rest) {
                 compensator.joints(&message, &mut publish);

@@ -13,8 +13,6 @@ use crate::instruments::{self, InstrumentSettings};
 pub struct NodeSettings {
     /// Settings of the navigator.
     pub navigator: NavigatorSettings,
-    /// How much later than a sample its joint state may come, by the stamps \[s\].
-    pub joint_patience_s: f64,
     /// Odometry, position and velocity a second of sample time; 0: with every sample \[Hz\].
     pub output_rate_hz: f64,
     /// Compensated samples a second of sample time; 0: every one \[Hz\].
@@ -34,8 +32,11 @@ pub struct NodeSettings {
 impl Default for NodeSettings {
     fn default() -> Self {
         Self {
-            navigator: NavigatorSettings::default(),
-            joint_patience_s: 0.1,
+            // Through a node the joint states may be late; of a bag they are all there.
+            navigator: NavigatorSettings {
+                joint_patience_s: 0.1,
+                ..NavigatorSettings::default()
+            },
             output_rate_hz: 0.0,
             imu_output_rate_hz: 0.0,
             odometry_frame_id: "odom".to_owned(),
@@ -67,7 +68,7 @@ struct Alignment {
 
 /// How the navigator aligns and how long it remembers.
 pub fn navigator() -> ParameterSet<NavigatorSettings> {
-    ParameterSet::new("Navigation", NavigatorSettings::default())
+    ParameterSet::new("Navigation", NodeSettings::default().navigator)
         .number(
             "alignment_s",
             Unit::SECOND,
@@ -81,6 +82,27 @@ pub fn navigator() -> ParameterSet<NavigatorSettings> {
             0.0..=3600.0,
             |s| &mut s.history_s,
             "How long samples are kept for a calibration that arrives after them",
+        )
+        .number(
+            "joint_patience_s",
+            Unit::SECOND,
+            0.0..=60.0,
+            |s| &mut s.joint_patience_s,
+            "How long, by the samples' stamps, a sample waits for the joint state after it",
+        )
+        .number(
+            "longest_hole_s",
+            Unit::SECOND,
+            0.0..=36_000.0,
+            |s| &mut s.longest_hole_s,
+            "A longer hole in the samples begins an alignment; over a shorter one course and speed are kept, less certain",
+        )
+        .number(
+            "moored_speed_m_s",
+            Unit::METRE_PER_SECOND,
+            0.0..=100.0,
+            |s| &mut s.moored_speed_m_s,
+            "A ship that is slower than this, by her own solution, lies at her mooring",
         )
         .switch(
             "start_from_calibration",
@@ -127,14 +149,6 @@ pub fn declared() -> ParameterSet<CompensatorParameters> {
         .include(navigator(), |s| &mut s.node.navigator)
         .include(own_alignment(), |s| &mut s.alignment)
         .include(input(), |s| &mut s.input)
-        .group("Input")
-        .number(
-            "joint_patience_s",
-            Unit::SECOND,
-            0.0..=60.0,
-            |s| &mut s.node.joint_patience_s,
-            "How long, by the samples' stamps, a sample waits for the joint state after it",
-        )
         .group("Output")
         .number(
             "output_rate_hz",

@@ -44,7 +44,7 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
             "latitude_deg, longitude_deg, height_m are {place:?}, expected finite numbers"
         ));
     }
-    Ok(Calibration {
+    let calibration = Calibration {
         stamp: stamp_from_time(message.header.stamp),
         phase: phase(message.phase)?,
         errors: SensorErrors {
@@ -62,7 +62,8 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
         covariance: covariance(message)?,
         samples: message.samples,
         gaps: message.gaps,
-    })
+    };
+    calibration.usable().map_err(|error| error.to_string())
 }
 
 fn phase(number: u8) -> Result<Phase, String> {

@@ -12,7 +12,8 @@ use sins::table::Turntable;
 
 use crate::axes;
 use crate::units::{
-    DEGREE, DEGREE_PER_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G, MICRO_G_PER_SQRT_HERTZ,
+    DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
+    MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
 };
 
 /// How much later than its sample a measured velocity may come, where nothing else is said \[s\].
@@ -169,13 +170,8 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
             Unit::SECOND,
             0.01..=3600.0,
             |s| &mut s.settings.restart_gap_s,
-            "A longer hole in the samples, or a step back in time, starts the alignment anew",
+            "A longer hole in the samples starts the alignment anew, unless the joint states tell the turn in it",
         )
-}
-
-/// Parameters of the filter of self-calibration. The thresholds are apart, see [`crate::thresholds`].
-pub fn filter() -> ParameterSet<FilterParameters> {
-    alignment(Settings::default())
         .choice(
             "velocity_reference",
             &VelocityReference::NAMES,
@@ -189,6 +185,41 @@ pub fn filter() -> ParameterSet<FilterParameters> {
             |s| &mut s.velocity_patience_s,
             "How much later than its sample, by the stamps, a measured velocity may come",
         )
+        .group("Range")
+        .number(
+            "rate_limit_rad_s",
+            Unit::RADIAN_PER_SECOND,
+            1e-3..=1e4,
+            |s| &mut s.settings.range.rate_rad_s,
+            "A sample with a greater angular velocity of an axis is refused",
+        )
+        .number(
+            "force_limit_m_s2",
+            Unit::METRE_PER_SECOND2,
+            1.0..=1e5,
+            |s| &mut s.settings.range.force_m_s2,
+            "A sample with a greater linear acceleration of an axis is refused",
+        )
+        .number(
+            "rate_step_rad_s",
+            Unit::RADIAN_PER_SECOND,
+            1e-4..=1e4,
+            |s| &mut s.settings.range.rate_step_rad_s,
+            "A single sample that jumps by more, and back again, is refused",
+        )
+        .number(
+            "force_step_m_s2",
+            Unit::METRE_PER_SECOND2,
+            1e-2..=1e5,
+            |s| &mut s.settings.range.force_step_m_s2,
+            "A single sample whose linear acceleration jumps by more, and back again, is refused",
+        )
+        .group("Filter")
+}
+
+/// Parameters of the filter of self-calibration. The thresholds are apart, see [`crate::thresholds`].
+pub fn filter() -> ParameterSet<FilterParameters> {
+    alignment(Settings::default())
         .number(
             "update_interval_s",
             Unit::SECOND,
@@ -229,6 +260,40 @@ pub fn filter() -> ParameterSet<FilterParameters> {
             1e-12..=0.4,
             |s| &mut s.settings.window_false_alarm,
             "Probability that the innovation test fails over one window when all is well",
+        )
+        .count(
+            "innovation_recovery_windows",
+            1..=10_000,
+            |s| &mut s.settings.recovery_windows,
+            "Windows that have to agree before a run that failed the innovation test counts as consistent again",
+        )
+        .number(
+            "refused_share",
+            Unit::NONE,
+            0.0..=1.0,
+            |s| &mut s.settings.refused_share,
+            "A greater share of refused samples keeps the estimate from converging",
+        )
+        .number(
+            "gap_share",
+            Unit::NONE,
+            0.0..=1.0,
+            |s| &mut s.settings.gap_share,
+            "A greater share of holes among the samples keeps the estimate from converging",
+        )
+        .number(
+            "gyroscope_drift_walk_deg_per_hour_sqrt_hour",
+            DEGREE_PER_HOUR_SQRT_HOUR,
+            0.0..=1e3,
+            |s| &mut s.settings.walk.gyroscope_drift_rad_s_sqrt_s,
+            "How the gyroscope drifts wander from one alignment to the next",
+        )
+        .number(
+            "accelerometer_bias_walk_ug_per_sqrt_hour",
+            MICRO_G_PER_SQRT_HOUR,
+            0.0..=1e6,
+            |s| &mut s.settings.walk.accelerometer_bias_m_s2_sqrt_s,
+            "How the accelerometer biases wander from one alignment to the next",
         )
         .group("Prior")
         .number(

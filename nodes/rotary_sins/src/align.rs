@@ -8,7 +8,7 @@ use bags::Sample;
 use clap::Args;
 use serde::Serialize;
 use sins::{
-    machines::self_calibration::{Estimate, Phase},
+    machines::self_calibration::{Estimate, Event, Phase},
     time::Stamp,
 };
 
@@ -61,7 +61,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let mut last_rest: Option<Stamp> = None;
     let mut notes = options
         .input
-        .feed(&bag, "aligning", |sample: Sample, progress| {
+        .feed(&bag, "aligning", |sample: Sample, told| {
             let turns = if let Sample::Joints(joints) = &sample {
                 let first = *first_joints.get_or_insert(joints.position);
                 let moved = |joint: usize| (joints.position[joint] - first[joint]).abs() > TURN_RAD;
@@ -73,17 +73,25 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             } else {
                 false
             };
-            let estimate = calibrator.ingest(&sample)?;
+            calibrator.push(&sample)?;
             // An IMU without encoders shows by itself that it turns.
             let has_turned =
                 |e: &Estimate| matches!(e.phase, Phase::Calibrating | Phase::Converged);
-            if turns || estimate.as_ref().is_some_and(has_turned) {
-                progress.note("the block turns; aligned on what came before");
-                return Ok(ControlFlow::Break(()));
+            let mut turns_by_itself = false;
+            while let Some(event) = calibrator.poll() {
+                told.event(&event);
+                if let Event::Estimate(estimate) = event {
+                    turns_by_itself |= has_turned(&estimate);
+                    if !turns && !turns_by_itself {
+                        told.progress.message(line(&estimate));
+                        aligned = [Some(*estimate), aligned[0].take()];
+                    }
+                }
             }
-            if let Some(estimate) = estimate {
-                progress.message(line(&estimate));
-                aligned = [Some(estimate), aligned[0].take()];
+            if turns || turns_by_itself {
+                told.progress
+                    .note("the block turns; aligned on what came before");
+                return Ok(ControlFlow::Break(()));
             }
             Ok(ControlFlow::Continue(()))
         })?;

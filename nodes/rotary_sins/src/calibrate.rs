@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
     estimation::error_state::STATE_NAMES,
-    machines::self_calibration::{Estimate, Phase},
+    machines::self_calibration::{Estimate, Event, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -64,13 +64,19 @@ struct Report {
     lost_samples: u64,
     repeated_samples: u64,
     backward_samples: u64,
+    alone_samples: u64,
     not_finite_samples: u64,
+    beyond_range_samples: u64,
+    spike_samples: u64,
+    reordered_samples: u64,
+    missing_velocities: u64,
     undecodable_messages: u64,
     restarts: u64,
     nis: f64,
     nis_window_mean: f64,
     nis_upper_bound: f64,
     nis_failures: u64,
+    verdict: Verdict,
     state_names: Vec<&'static str>,
     state: Vec<f64>,
     covariance: Vec<f64>,
@@ -84,22 +90,29 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     settings.thresholds = options.thresholds.thresholds()?;
     let mut calibrator = Calibrator::new(&settings)?;
     let mut said = 0.0;
-    let mut notes = options
-        .input
-        .feed(&bag, "calibrating", |sample, progress| {
-            if let Some(estimate) = calibrator.ingest(&sample)?
-                && estimate.duration_s - said >= 60.0
+    let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
+        calibrator.push(&sample)?;
+        while let Some(event) = calibrator.poll() {
+            told.event(&event);
+            if let Event::Estimate(estimate) = &event
+                && (estimate.duration_s - said).abs() >= 60.0
             {
                 said = estimate.duration_s;
-                progress.message(short(&estimate));
+                told.progress.message(short(estimate));
             }
-            Ok(ControlFlow::Continue(()))
-        })?;
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
     let estimate = calibrator
         .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
+    while let Some(event) = calibrator.poll() {
+        notes.event(&output::Screen, "at the end", &event);
+    }
     notes.tell(&output::Screen);
+    let verdict = estimate.verdict(&settings);
+    let is_reached = verdict.converged && verdict.consistent;
     if let Some(doubt) = estimate.axes_doubt() {
         let line = format!("{}: {doubt}", bag.path().display());
         output::note(&line);
@@ -110,19 +123,18 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         calibration_file::write(path, &estimate.calibration(), &source)?;
     }
     if options.json {
-        output::json(&report(&estimate, notes))?;
+        output::json(&report(&estimate, verdict, notes))?;
     } else {
-        output::text_line(&text(&estimate))?;
+        output::text_line(&text(&estimate, &verdict))?;
     }
-    let consistent = estimate.innovations.failures == 0;
-    Ok(if consistent && estimate.phase == Phase::Converged {
+    Ok(if is_reached {
         Outcome::Reached
     } else {
         Outcome::Missed
     })
 }
 
-fn report(estimate: &Estimate, notes: Notes) -> Report {
+fn report(estimate: &Estimate, verdict: Verdict, notes: Notes) -> Report {
     let (navigation, vehicle, sigma) = (
         &estimate.navigation,
         estimate.vehicle,
@@ -154,13 +166,19 @@ fn report(estimate: &Estimate, notes: Notes) -> Report {
         lost_samples: counts.lost,
         repeated_samples: counts.repeated,
         backward_samples: counts.backward,
-        not_finite_samples: estimate.samples.not_finite,
+        alone_samples: counts.alone,
+        not_finite_samples: counts.not_finite,
+        beyond_range_samples: counts.beyond_range,
+        spike_samples: counts.spikes,
+        reordered_samples: counts.reordered,
+        missing_velocities: estimate.samples.missing_velocities,
         undecodable_messages: notes.undecodable_messages,
-        restarts: estimate.samples.restarts,
+        restarts: counts.restarts,
         nis: innovations.last,
         nis_window_mean: innovations.window_mean,
         nis_upper_bound: innovations.window_bound,
         nis_failures: innovations.failures,
+        verdict,
         state_names: STATE_NAMES.to_vec(),
         state: estimate.state.as_slice().to_vec(),
         covariance: estimate.covariance.transpose().as_slice().to_vec(),
@@ -178,7 +196,7 @@ fn short(estimate: &Estimate) -> String {
     )
 }
 
-fn text(estimate: &Estimate) -> String {
+fn text(estimate: &Estimate, verdict: &Verdict) -> String {
     let mut table = Table::new();
     table
         .load_style(presets::NOTHING)
@@ -231,12 +249,18 @@ fn text(estimate: &Estimate) -> String {
         }
     }
     let counts = &estimate.samples.counts;
-    format!(
-        "{table}\n{} after {:.1} s: {} samples, {} gaps, {} lost",
+    let mut text = format!(
+        "{table}\n{} after {:.1} s: {} samples, {} gaps, {} lost, {} refused",
         estimate.phase.name(),
         estimate.duration_s,
         counts.samples,
         counts.gaps,
-        counts.lost
-    )
+        counts.lost,
+        counts.refused()
+    );
+    for reason in &verdict.reasons {
+        text.push_str("\n  ");
+        text.push_str(reason);
+    }
+    text
 }

@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use bags::Sample;
 use clap::Args;
 use ros_node::ParameterSet;
@@ -10,7 +10,7 @@ use serde::Serialize;
 use sins::{
     earth::Position,
     machines::{
-        navigator::{Navigator, NavigatorOutput, NavigatorSettings},
+        navigator::{Navigator, NavigatorEvent, NavigatorOutput, NavigatorSettings},
         odometry::pose_covariance,
     },
     mechanization::strapdown::NavigationState,
@@ -22,7 +22,7 @@ use crate::{
     filter_options::FilterOptions,
     output,
     parameter_options::{Given, Group},
-    sensor_input::SensorInput,
+    sensor_input::{SensorInput, Told},
 };
 
 /// Options of `navigate`.
@@ -52,7 +52,7 @@ impl Group for Navigation {
 
     fn set() -> ParameterSet<NavigatorSettings> {
         navigation_compensator::parameters::navigator()
-            .without(&["history_s", "start_from_calibration"])
+            .without(&["history_s", "joint_patience_s", "start_from_calibration"])
     }
 }
 
@@ -69,6 +69,8 @@ struct Report {
     samples: u64,
     gaps: u64,
     lost_samples: u64,
+    refused_samples: u64,
+    restarts: u64,
     warnings: Vec<String>,
 }
 
@@ -86,42 +88,85 @@ impl Distance {
     }
 }
 
+/// What of the navigator's events a person should know.
+fn tell(told: &mut Told<'_>, event: &NavigatorEvent) {
+    let topic = told.topic;
+    match event {
+        NavigatorEvent::Refused(refused) => told.notes.refused(told.progress, topic, refused),
+        NavigatorEvent::Restarted { stamp, cause } => told.notes.say(
+            told.progress,
+            format!(
+                "{topic}: {cause} at {} ns: navigation aligns itself anew",
+                stamp.nanos()
+            ),
+        ),
+        NavigatorEvent::HoleCrossed {
+            stamp,
+            seconds,
+            held: true,
+        } => told.notes.say(
+            told.progress,
+            format!(
+                "{topic}: a hole of {seconds:.3} s up to {} ns: course and speed are kept, less certain",
+                stamp.nanos()
+            ),
+        ),
+        NavigatorEvent::AlignmentFailed { reason, .. } => {
+            told.notes.hold(format!("{topic}: {reason}"));
+        }
+        _ => {}
+    }
+}
+
 /// Aligns on the first part of the bag, then navigates freely.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
-    let calibration = calibration_file::read(&options.calibration)?;
+    let name = || options.calibration.display().to_string();
+    let calibration = calibration_file::read(&options.calibration)?
+        .usable()
+        .with_context(name)?;
     let bag = options.input.open()?;
     let settings = options.navigation.settings()?;
     let mut navigator = Navigator::new(NavigatorSettings {
         alignment: options.filter.machine(options.input.turntable()?)?,
+        // In a bag every joint state is there in time.
+        joint_patience_s: NavigatorSettings::default().joint_patience_s,
         ..settings
     })?;
-    navigator.ingest_calibration(calibration)?;
+    navigator.push_calibration(calibration)?;
     let (mut with, mut without) = (Distance::default(), Distance::default());
     let mut fixes = 0_u64;
     let mut first: Option<NavigatorOutput> = None;
     let mut last: Option<NavigatorOutput> = None;
     let mut start = None;
-    let mut notes = options.input.feed(&bag, "navigating", |sample, progress| {
+    let mut notes = options.input.feed(&bag, "navigating", |sample, told| {
         match sample {
             Sample::Imu(imu) => {
                 start.get_or_insert(imu.stamp);
-                if let Some(output) = navigator.ingest_imu(&imu)? {
-                    first.get_or_insert(output);
-                    last = Some(output);
+                navigator.push_imu(&imu);
+                while let Some(event) = navigator.poll() {
+                    if let NavigatorEvent::Sample {
+                        output: Some(output),
+                        ..
+                    } = &event
+                    {
+                        first.get_or_insert(**output);
+                        last = Some(**output);
+                    }
+                    tell(told, &event);
                 }
             }
-            Sample::Joints(joints) => navigator.ingest_joints(joints)?,
-            Sample::Velocity(..) => {}
+            Sample::Joints(joints) => navigator.push_joints(joints)?,
+            Sample::Velocity(stamp, velocity) => navigator.push_velocity(stamp, velocity)?,
             Sample::Fix(fix) => {
                 let Some(position) = fix.position else {
                     return Ok(ControlFlow::Continue(()));
                 };
-                navigator.ingest_position(position)?;
+                navigator.push_position(position)?;
                 if let Some(output) = &last {
                     with.take(&output.compensated.navigation, &position);
                     without.take(&output.uncompensated.navigation, &position);
                     fixes += 1;
-                    progress.message(format!(
+                    told.progress.message(format!(
                         "{:.3} nmi, uncompensated {:.3} nmi",
                         with.last, without.last
                     ));
@@ -130,6 +175,17 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         }
         Ok(ControlFlow::Continue(()))
     })?;
+    navigator.end();
+    while let Some(event) = navigator.poll() {
+        if let NavigatorEvent::Sample {
+            output: Some(output),
+            ..
+        } = event
+        {
+            first.get_or_insert(*output);
+            last = Some(*output);
+        }
+    }
     let (Some(first), Some(last), Some(start)) = (first, last, start) else {
         anyhow::bail!(
             "{}: navigation did not begin: it stands at {}, and needs {} s at rest and a position",
@@ -158,6 +214,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         samples: counts.samples,
         gaps: counts.gaps,
         lost_samples: counts.lost,
+        refused_samples: counts.refused(),
+        restarts: counts.restarts,
         warnings: notes.lines,
     };
     if options.json {

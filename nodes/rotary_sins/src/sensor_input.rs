@@ -8,7 +8,7 @@ use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
 use ros_node::ParameterSet;
 use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
-use sins::{earth::Position, table::Turntable};
+use sins::{earth::Position, machines::self_calibration::Event, table::Turntable};
 
 use crate::{
     parameter_options::{Given, Group},
@@ -170,7 +170,7 @@ impl SensorInput {
         &self,
         bag: &Bag,
         title: &str,
-        mut take: impl FnMut(Sample, &SecondsBar) -> Result<ControlFlow<()>, sins::Error>,
+        mut take: impl FnMut(Sample, &mut Told<'_>) -> Result<ControlFlow<()>, sins::Error>,
     ) -> anyhow::Result<Notes> {
         let mut stream = SensorStream::new(bag, &self.options())?;
         let progress = SecondsBar::new(title, self.length_s(bag));
@@ -178,16 +178,21 @@ impl SensorInput {
         for warning in bag.warnings() {
             notes.say(&progress, warning.to_string());
         }
+        let names = TopicNames::new(bag, &stream);
         let source = self.source()?;
         let is_given = source.has_given_position();
         if let Some(sample) = source.first_position(bag, stream.fix_topic())? {
             // The position of the command line is an argument: if it means nothing, the command is at an end.
-            let flow = take(sample, &progress).context("position")?;
+            let mut told = Told {
+                progress: &progress,
+                notes: &mut notes,
+                topic: names.fix,
+            };
+            let flow = take(sample, &mut told).context("position")?;
             if flow.is_break() {
                 return Ok(notes);
             }
         }
-        let names = TopicNames::new(bag, &stream);
         let mut first_stamp = None;
         let mut count = 0_u64;
         // Unpacking and decoding have a thread of their own; the machine gets every sample in the order of the bag.
@@ -216,10 +221,16 @@ impl SensorInput {
                     if is_given && matches!(sample, Sample::Fix(_)) {
                         continue;
                     }
-                    match take(sample, &progress) {
+                    let topic = names.of(&sample);
+                    let mut told = Told {
+                        progress: &progress,
+                        notes: &mut notes,
+                        topic,
+                    };
+                    match take(sample, &mut told) {
                         Ok(ControlFlow::Continue(())) => {}
                         Ok(ControlFlow::Break(())) => break 'samples,
-                        Err(error) => notes.error(&progress, names.of(&sample), &error),
+                        Err(error) => notes.error(&progress, topic, &error),
                     }
                 }
             }
@@ -242,6 +253,23 @@ impl SensorInput {
             );
         }
         Ok(notes)
+    }
+}
+
+/// Where a command tells what its machine told.
+pub struct Told<'a> {
+    /// The person at the screen.
+    pub progress: &'a SecondsBar,
+    /// What goes into the result.
+    pub notes: &'a mut Notes,
+    /// The topic that this sample came from.
+    pub topic: &'a str,
+}
+
+impl Told<'_> {
+    /// What self-calibration told.
+    pub fn event(&mut self, event: &Event) {
+        self.notes.event(self.progress, self.topic, event);
     }
 }
 

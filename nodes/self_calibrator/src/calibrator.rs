@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use imu_input::samples_report;
+use imu_input::{PublisherCount, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
@@ -14,12 +14,12 @@ use rotary_sins_msgs::convert::{
 };
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::{
-    Estimate, Phase, Reference, SelfCalibration, Settings, Thresholds,
+    Estimate, Event, Phase, Reference, SelfCalibration, Settings, Thresholds,
 };
 use sins::sensor::sample::ImuSample;
-use sins::stream::stamp_order::{InOrder, StampOrder};
 use sins::table::JointSample;
 use sins::time::seconds_to_nanos;
+use sins::units::ARC_SECOND;
 use sins::{Error, Stamp};
 
 use crate::{phase, storage, translation};
@@ -67,8 +67,7 @@ pub struct Calibrator {
     source: String,
     inputs: Inputs,
     imu_stamps: StreamMonitor,
-    /// Joint states that are ahead of the samples wait here; the samples never wait.
-    order: StampOrder,
+    publishers: PublisherCount,
     frame_id: String,
     /// The newest estimate of the running filter; none before it runs.
     latest: Option<Estimate>,
@@ -105,7 +104,7 @@ impl Calibrator {
                 velocity: InputWatch::required(topic::VELOCITY, silence),
             },
             imu_stamps: StreamMonitor::default(),
-            order: StampOrder::new(0.0),
+            publishers: PublisherCount::default(),
             frame_id: "imu_link".to_owned(),
             latest: None,
             good: None,
@@ -125,7 +124,7 @@ impl Calibrator {
         if let Some((kind, reason)) = translation::refusal(fix) {
             self.inputs.fix.refuse(kind, reason);
         } else if let Some(position) = position_from_fix(fix)
-            && let Err(error) = self.machine.ingest_position(position)
+            && let Err(error) = self.machine.push_position(position)
         {
             self.inputs.fix.refuse("off the globe", error);
         }
@@ -136,7 +135,11 @@ impl Calibrator {
     pub fn joints(&mut self, joints: &JointState) {
         self.inputs.joints.arrived(1);
         match JointSample::from_message(joints) {
-            Ok(sample) => self.order.push_joints(sample),
+            Ok(sample) => {
+                if let Err(error) = self.machine.push_joints(sample) {
+                    self.inputs.joints.refuse("not finite", error);
+                }
+            }
             Err(error) => self.inputs.joints.refuse("other joints", error),
         }
     }
@@ -147,20 +150,25 @@ impl Calibrator {
         let measurement = velocity_from_twist(velocity);
         if let Err(error) = self
             .machine
-            .ingest_velocity(stamp_from_time(velocity.header.stamp), measurement)
+            .push_velocity(stamp_from_time(velocity.header.stamp), measurement)
         {
             self.inputs.velocity.refuse("unusable", error);
         }
     }
 
-    /// A sample. Says what it gives to publish.
-    pub fn imu(&mut self, imu: &Imu) -> Option<Output> {
+    /// So many publish on the topic of the samples.
+    pub fn publishers(&mut self, count: usize) {
+        self.publishers.take(topic::IMU, count);
+    }
+
+    /// A sample. Says what it gives to publish: mostly nothing, once a second an estimate.
+    pub fn imu(&mut self, imu: &Imu) -> Vec<Output> {
         self.inputs.imu.arrived(1);
         let sample = match ImuSample::from_message(imu) {
             Ok(sample) => sample,
             Err(error) => {
                 self.inputs.imu.refuse("stamp", error);
-                return None;
+                return Vec::new();
             }
         };
         self.imu_stamps.ingest(sample.stamp.nanos());
@@ -168,28 +176,62 @@ impl Calibrator {
             self.frame_id.clone_from(&imu.header.frame_id);
         }
         self.tell_assumed_noise(&sample);
-        self.order.push_sample(sample);
-        while let Some(next) = self.order.next() {
-            if let InOrder::Joints(joints) = next
-                && let Err(error) = self.machine.ingest_joints(joints)
-            {
-                self.inputs.joints.refuse("not finite", error);
-            }
+        self.machine.push_imu(&sample);
+        let mut outputs = Vec::new();
+        while let Some(event) = self.machine.poll() {
+            outputs.extend(self.follow(event));
         }
-        match self.machine.ingest_imu(&sample) {
-            Ok(Some(estimate)) => Some(self.take(estimate)),
-            Ok(None) => self.progress(sample.stamp),
-            Err(error @ Error::NotFinite { .. }) => {
-                self.inputs.imu.refuse("not finite", error);
-                None
+        if outputs.is_empty() {
+            outputs.extend(self.progress(sample.stamp));
+        }
+        outputs
+    }
+
+    /// What happened in the machine, and what it gives to publish.
+    fn follow(&mut self, event: Event) -> Option<Output> {
+        match event {
+            Event::Estimate(estimate) => return Some(self.take(*estimate)),
+            Event::PhaseChanged { .. } => self.follow_phase(),
+            Event::Refused(refused) => {
+                let stamp = refused.stamp.nanos();
+                let reason = format!("sample at {stamp} ns: {}", refused.why);
+                self.inputs.imu.refuse(refused.why.name(), reason);
             }
-            Err(error) => {
-                tracing::error!("{}: {error}", topic::IMU);
-                self.problem = Some(error.to_string());
+            Event::Restarted {
+                stamp,
+                cause,
+                sensors_kept,
+            } => {
+                let kept = if sensors_kept {
+                    "; what is known of the sensors is kept"
+                } else {
+                    ""
+                };
+                let stamp = stamp.nanos();
+                tracing::error!(
+                    "{}: {cause} at {stamp} ns: alignment starts anew{kept}",
+                    topic::IMU
+                );
                 self.forget();
-                None
+            }
+            Event::HoleCrossed {
+                stamp,
+                seconds,
+                sigma_rad,
+                ..
+            } => tracing::warn!(
+                "{}: a hole of {seconds:.3} s up to {} ns; the attitude is less certain by {:.1} arcsec",
+                topic::IMU,
+                stamp.nanos(),
+                sigma_rad / ARC_SECOND
+            ),
+            Event::AlignmentFailed { reason, .. } => {
+                tracing::error!("{}: {reason}", topic::IMU);
+                self.problem = Some(reason);
+                self.forget();
             }
         }
+        None
     }
 
     /// What the scheme reports. A calibration is due when it has finished and the samples have come as far.
@@ -277,9 +319,9 @@ impl Calibrator {
         }
     }
 
-    /// Starts anew with the next sample, for a reason.
+    /// Starts anew with the next sample and forgets what is known of the sensors, for a reason.
     pub fn restart(&mut self, why: &str) {
-        self.machine.restart();
+        self.machine.reset();
         self.forget();
         self.problem = None;
         tracing::info!("{why}: alignment starts anew");
@@ -440,8 +482,7 @@ impl Calibrator {
             &self.inputs.imu,
             &self.imu_stamps,
             samples.counts,
-            samples.not_finite,
-            samples.restarts,
+            self.publishers.get(),
         )
     }
 
@@ -492,6 +533,13 @@ impl Calibrator {
             .with("NIS failures", innovations.failures);
         if let Some(doubt) = latest.axes_doubt() {
             report = report.worsened(Level::Warn, &doubt);
+        }
+        let verdict = latest.verdict(self.machine.settings());
+        for (name, reason) in ["reason", "second reason", "third reason"]
+            .into_iter()
+            .zip(&verdict.reasons)
+        {
+            report = report.with(name, reason);
         }
         if self.phase == Phase::Inconsistent {
             let why = phase::reason(

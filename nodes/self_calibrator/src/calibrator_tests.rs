@@ -43,7 +43,7 @@ fn sample(number: i64) -> Imu {
 
 fn feed(calibrator: &mut Calibrator, numbers: std::ops::Range<i64>) -> Vec<Output> {
     numbers
-        .filter_map(|number| calibrator.imu(&sample(number)))
+        .flat_map(|number| calibrator.imu(&sample(number)))
         .collect()
 }
 

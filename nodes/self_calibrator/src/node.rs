@@ -114,13 +114,14 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             }
             _ = ticks.tick() => {
                 let mut calibrator = shared.lock();
+                calibrator.publishers(samples.publisher_count());
                 action.take_requests(&mut calibrator);
                 while let Some(message) = joints.try_recv() {
                     calibrator.joints(&message);
                 }
                 for _ in 0..BATCH {
                     let Some(message) = samples.try_recv() else { break };
-                    if let Some(output) = calibrator.imu(&message) {
+                    for output in calibrator.imu(&message) {
                         action.follow(&mut calibrator, &output);
                         publishers.publish(output);
                     }

@@ -27,14 +27,16 @@ pub fn reason(from: Phase, to: Phase, estimate: Option<&Estimate>, settings: &Se
                 estimate.accelerometer_bias_sigma().max() / MICRO_G
             )
         }),
+        (_, Phase::Calibrating) if from == Phase::Converged => estimate.map_or_else(String::new, |estimate| {
+            estimate.verdict(settings).reasons.join("; ")
+        }),
         (_, Phase::Inconsistent) => innovations.map_or_else(String::new, |innovations| {
             format!(
                 "the innovations do not agree with the covariance: mean NIS {:.2} over {} updates, bound {:.2}",
                 innovations.window_mean, settings.window_updates, innovations.window_bound
             )
         }),
-        (Phase::Inconsistent, _) => "the innovations agree with the covariance again".to_owned(),
-        (Phase::Converged, _) => "a sigma is above its threshold again".to_owned(),
+        (Phase::Inconsistent, _) => "the innovations have agreed with the covariance for long enough".to_owned(),
         (_, Phase::Calibrating) => {
             format!("the block has turned by more than {:.0} deg", settings.turn_rad.to_degrees())
         }

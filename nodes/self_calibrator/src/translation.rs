@@ -7,6 +7,7 @@ use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, StateMatrix};
 use sins::machines::self_calibration::{Estimate, Phase, SampleReport};
+use sins::stream::counts::StreamCounts;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of a phase in messages.
@@ -159,6 +160,18 @@ fn all_rows(matrix: &StateMatrix) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
 }
 
+/// Holes and refusals, where there are any.
+fn losses(counts: &StreamCounts) -> String {
+    let mut text = String::new();
+    if counts.gaps > 0 {
+        text += &format!("; {} gaps, {} samples lost", counts.gaps, counts.lost);
+    }
+    if counts.refused() > 0 {
+        text += &format!("; {} samples refused", counts.refused());
+    }
+    text
+}
+
 /// One line for a person: where it stands and how well the sensors are known.
 fn line(estimate: &Estimate) -> String {
     let largest = |v: Vector3<f64>| v.max();
@@ -169,12 +182,6 @@ fn line(estimate: &Estimate) -> String {
         largest(estimate.gyroscope_drift_sigma()) / DEG_PER_HOUR,
         largest(estimate.accelerometer_bias_sigma()) / MICRO_G,
         estimate.misalignment_sigma().z / ARC_SECOND,
-        match estimate.samples.counts.gaps {
-            0 => String::new(),
-            gaps => format!(
-                "; {gaps} gaps, {} samples lost",
-                estimate.samples.counts.lost
-            ),
-        }
+        losses(&estimate.samples.counts)
     )
 }

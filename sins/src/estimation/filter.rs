@@ -14,15 +14,7 @@ use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
 use crate::sensor::errors::{Compensation, SensorErrors};
 use crate::sensor::sample::NoiseDensity;
-
-/// Velocity over ground from outside the inertial system.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VelocityMeasurement {
-    /// East and north \[m/s\].
-    pub east_north: [f64; 2],
-    /// One-sigma of each \[m/s\].
-    pub sigma: [f64; 2],
-}
+pub use crate::sensor::velocity::VelocityMeasurement;
 
 /// Initial one-sigma of the paper's states.
 #[derive(Clone, Copy, Debug, PartialEq)]

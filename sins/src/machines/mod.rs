@@ -3,3 +3,4 @@
 pub mod navigator;
 pub mod odometry;
 pub mod self_calibration;
+pub mod unseen_motion;

@@ -1,9 +1,12 @@
-//! What the inertial sensors deliver: samples, their noise, and the one model of their errors with its inverse.
+//! What the inertial sensors deliver: samples, their noise, and the one model of their errors with its inverse; and the velocity
+//! that another instrument measures.
 
 pub mod errors;
 pub mod increment;
 pub mod sample;
+pub mod velocity;
 
 pub use errors::{Compensation, SensorErrors};
 pub use increment::Increment;
 pub use sample::{ImuSample, NoiseDensity};
+pub use velocity::VelocityMeasurement;

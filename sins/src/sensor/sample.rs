@@ -21,6 +21,17 @@ pub struct ImuSample {
 }
 
 impl ImuSample {
+    /// A sample of a block that lies level and does not turn, of unknown noise: what examples and tests begin with.
+    pub fn at_rest(stamp: Stamp, gravity_m_s2: f64) -> Self {
+        Self {
+            stamp,
+            angular_rate: Vector3::zeros(),
+            specific_force: Vector3::z() * gravity_m_s2,
+            angular_rate_variance: Vector3::zeros(),
+            specific_force_variance: Vector3::zeros(),
+        }
+    }
+
     /// Whether every measured value is a finite number.
     pub fn is_finite(&self) -> bool {
         self.angular_rate

@@ -1,8 +1,12 @@
 //! The last readings of the joints, and the angles at any time near them.
 
-use crate::error::Error;
 use crate::table::JointSample;
 use crate::time::Stamp;
+
+/// Readings that differ by less are those of a joint at rest \[rad\]: four sigmas of a usual encoder, 12 arcsec.
+const AT_REST_RAD: f64 = 6e-5;
+/// How fast a joint may change its rate \[rad/s²\]: the table of the paper, 2.5 deg/s².
+const ACCELERATION_RAD_S2: f64 = 0.044;
 
 /// The last two readings.
 #[derive(Clone, Copy, Debug, Default)]
@@ -12,22 +16,14 @@ pub struct JointHistory {
 }
 
 impl JointHistory {
-    /// Takes a reading; one that is not later than the last replaces it.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn push(&mut self, sample: JointSample) -> Result<(), Error> {
-        if !sample.position.iter().all(|v| v.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "joint position",
-                stamp: sample.stamp,
-            });
-        }
-        if self.last.is_some_and(|last| sample.stamp > last.stamp) {
-            self.before = self.last;
+    /// Takes a reading. One of the same time replaces the last; an earlier one begins anew.
+    pub fn push(&mut self, sample: JointSample) {
+        match self.last {
+            Some(last) if sample.stamp > last.stamp => self.before = self.last,
+            Some(last) if sample.stamp < last.stamp => self.before = None,
+            _ => {}
         }
         self.last = Some(sample);
-        Ok(())
     }
 
     /// The last reading.
@@ -49,6 +45,24 @@ impl JointHistory {
     /// where none has come: an IMU without a table.
     pub fn angles_at(&self, stamp: Stamp) -> [f64; 2] {
         self.interpolate(stamp, |reading| reading.position)
+    }
+
+    /// Angles at `stamp` and how far they may be off the line \[rad\]; `None` where the readings do not enclose it. A joint whose
+    /// rate changes by α within the time h between two readings is off by up to α h² / 8.
+    pub fn told_at(&self, stamp: Stamp) -> Option<([f64; 2], f64)> {
+        let last = self.last.filter(|last| last.stamp >= stamp)?;
+        if last.stamp == stamp {
+            return Some((last.position, 0.0));
+        }
+        let before = self.before.filter(|before| before.stamp <= stamp)?;
+        let rests = (0..2).all(|i| (last.position[i] - before.position[i]).abs() < AT_REST_RAD);
+        let apart_s = last.stamp.seconds_since(before.stamp);
+        let off = if rests {
+            0.0
+        } else {
+            ACCELERATION_RAD_S2 * apart_s * apart_s / 8.0
+        };
+        Some((self.angles_at(stamp), off))
     }
 
     fn interpolate(&self, stamp: Stamp, value: fn(&JointSample) -> [f64; 2]) -> [f64; 2] {
@@ -79,22 +93,45 @@ mod tests {
         }
     }
 
+    fn at(millis: i64) -> Stamp {
+        Stamp::from_nanos(millis * 1_000_000)
+    }
+
     /// Between two readings the angles lie on the line, outside they are held.
     #[test]
     fn interpolates_and_holds() {
         let mut history = JointHistory::default();
-        assert_eq!(history.angles_at(Stamp::from_nanos(0)), [0.0; 2]);
-        history.push(reading(0, 1.0)).unwrap();
-        history.push(reading(100, 2.0)).unwrap();
-        assert!(history.push(reading(110, f64::NAN)).is_err());
-        assert_eq!(
-            history.angles_at(Stamp::from_nanos(25_000_000)),
-            [1.25, -1.25]
-        );
-        assert_eq!(
-            history.angles_at(Stamp::from_nanos(500_000_000)),
-            [2.0, -2.0]
-        );
-        assert_eq!(history.angles_at(Stamp::from_nanos(-1)), [1.0, -1.0]);
+        assert_eq!(history.angles_at(at(0)), [0.0; 2]);
+        history.push(reading(0, 1.0));
+        history.push(reading(100, 2.0));
+        assert_eq!(history.angles_at(at(25)), [1.25, -1.25]);
+        assert_eq!(history.angles_at(at(500)), [2.0, -2.0]);
+        assert_eq!(history.angles_at(at(-1)), [1.0, -1.0]);
+    }
+
+    /// Equal stamps, in any order of arrival, never divide by zero.
+    #[test]
+    fn equal_stamps_give_angles() {
+        let mut history = JointHistory::default();
+        for (millis, outer) in [(10, 1.0), (20, 2.0), (10, 3.0), (10, 4.0), (10, 5.0)] {
+            history.push(reading(millis, outer));
+            for millis in [0, 10, 15, 20, 30] {
+                assert!(history.angles_at(at(millis)).iter().all(|a| a.is_finite()));
+            }
+        }
+        assert_eq!(history.angles_at(at(10)), [5.0, -5.0]);
+    }
+
+    /// What is told is enclosed by readings, and as exact as their distance in time allows.
+    #[test]
+    fn what_is_told_is_enclosed() {
+        let mut history = JointHistory::default();
+        history.push(reading(0, 1.0));
+        history.push(reading(1000, 1.0));
+        assert_eq!(history.told_at(at(500)), Some(([1.0, -1.0], 0.0)));
+        assert_eq!(history.told_at(at(1001)), None);
+        history.push(reading(2000, 1.1));
+        assert!((history.told_at(at(1500)).unwrap().1 - 0.0055).abs() < 1e-9);
+        assert_eq!(history.told_at(at(500)), None);
     }
 }

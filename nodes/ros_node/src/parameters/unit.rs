@@ -25,6 +25,10 @@ impl Unit {
     pub const METRE: Self = Self::si("m");
     /// Metres a second.
     pub const METRE_PER_SECOND: Self = Self::si("m/s");
+    /// Metres a second, a second.
+    pub const METRE_PER_SECOND2: Self = Self::si("m/s^2");
+    /// Radians a second.
+    pub const RADIAN_PER_SECOND: Self = Self::si("rad/s");
 
     /// A unit with its symbol, of which one is `in_si`.
     pub const fn new(symbol: &'static str, in_si: f64) -> Self {

@@ -10,7 +10,7 @@ use ros2_interfaces::nav_msgs::Odometry;
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use rotary_sins_msgs::convert::stamp_from_time;
 use sins::Stamp;
-use sins::stream::sampling::SampleClock;
+use sins::stream::order::StampOrder;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 use super::Options;
@@ -249,17 +249,19 @@ fn misalignment(estimate: &SelfCalibrationEstimate, truth: &Odometry) -> Result<
 fn count(bag: &Path) -> Result<Counts> {
     let bag = Bag::open(bag)?;
     let mut stream = SensorStream::new(&bag, &SensorOptions::default())?;
-    let mut clock = SampleClock::default();
+    let mut clock = StampOrder::default();
     while let Some(sample) = stream.next()? {
         if let Sample::Imu(sample) = sample {
-            clock.classify(sample.stamp);
+            clock.push(sample.stamp, sample);
+            while clock.pop().is_some() {}
         }
     }
+    clock.end();
     let counts = clock.counts();
     Ok(Counts {
         samples: counts.samples,
         lost: counts.lost,
-        refused: counts.repeated + counts.backward,
+        refused: counts.refused(),
     })
 }
 

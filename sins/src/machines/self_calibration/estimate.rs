@@ -3,12 +3,14 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::Settings;
+use super::judge::{Evidence, InnovationReport, Verdict};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, StateMatrix, StateVector};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::SensorErrors;
-use crate::stream::sampling::StreamCounts;
+use crate::stream::counts::StreamCounts;
 use crate::time::Stamp;
 
 /// Where self-calibration stands.
@@ -49,27 +51,10 @@ const IMPLAUSIBLE_TURN_RAD: f64 = 0.35;
 /// What happened to the samples on the way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleReport {
-    /// Used, missing and refused samples, by stamp.
+    /// Used, missing and refused samples, and how often the alignment was started anew.
     pub counts: StreamCounts,
-    /// Samples refused because a value was not finite.
-    pub not_finite: u64,
-    /// How often the alignment was started anew after a long hole or a step back in time.
-    pub restarts: u64,
     /// Velocity measurements that did not come in time (reference `Measured`).
     pub missing_velocities: u64,
-}
-
-/// Innovations of the last updates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InnovationReport {
-    /// Normalized innovation squared of the last update, two degrees of freedom.
-    pub last: f64,
-    /// Mean over the window.
-    pub window_mean: f64,
-    /// Upper bound of that mean.
-    pub window_bound: f64,
-    /// Updates at which a full window failed, since the filter started.
-    pub failures: u64,
 }
 
 /// The estimate after an update.
@@ -92,6 +77,8 @@ pub struct Estimate {
     pub covariance: StateMatrix,
     /// Innovations.
     pub innovations: InnovationReport,
+    /// The block has turned since fine alignment began, or did before an alignment that was started anew.
+    pub turned: bool,
     /// Samples.
     pub samples: SampleReport,
     /// Time from the first sample of this alignment to `stamp` \[s\].
@@ -99,6 +86,20 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    pub(super) fn evidence<'a>(&'a self, sigma: &'a StateVector) -> Evidence<'a> {
+        Evidence {
+            innovations: self.innovations,
+            counts: &self.samples.counts,
+            sigma,
+            turned: self.turned,
+        }
+    }
+
+    /// What the judge says of it, by the thresholds of these settings. The phase says the same in one word.
+    pub fn verdict(&self, settings: &Settings) -> Verdict {
+        self.evidence(&self.sigma()).verdict(settings)
+    }
+
     /// One-sigma of the states.
     pub fn sigma(&self) -> StateVector {
         sigma(&self.covariance)
@@ -194,5 +195,8 @@ impl Calibration {
 }
 
 fn sigma(covariance: &StateMatrix) -> StateVector {
-    covariance.diagonal().map(|v| v.max(0.0).sqrt())
+    // A variance that is not a number must not become a sigma of nothing.
+    covariance
+        .diagonal()
+        .map(|v| if v < 0.0 { 0.0 } else { v.sqrt() })
 }

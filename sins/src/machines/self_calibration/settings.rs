@@ -2,10 +2,14 @@
 
 use nalgebra::Vector3;
 
+use super::sensor_knowledge::SensorWalk;
 use crate::error::Error;
 use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATES, StateVector};
 use crate::estimation::filter::InitialUncertainty;
+use crate::machines::unseen_motion::UnseenMotion;
 use crate::sensor::sample::NoiseDensity;
+use crate::stream::StreamSettings;
+use crate::stream::plausibility::SensorRange;
 use crate::table::Turntable;
 use crate::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
@@ -96,8 +100,21 @@ pub struct Settings {
     pub window_false_alarm: f64,
     /// Turn of the block that ends fine alignment and begins calibration \[rad\].
     pub turn_rad: f64,
-    /// A hole in the samples longer than this, or a step back, starts the alignment anew \[s\].
+    /// A hole in the samples longer than this starts the alignment anew, unless the joints tell the turn in it; so does a clock that
+    /// is set back, by however little \[s\].
     pub restart_gap_s: f64,
+    /// What the sensors can give; samples beyond it are refused.
+    pub range: SensorRange,
+    /// How sensor errors wander from one alignment to the next.
+    pub walk: SensorWalk,
+    /// What ship and table may do in a hole.
+    pub unseen: UnseenMotion,
+    /// So many windows have to pass before a run that failed the innovation test counts as consistent again.
+    pub recovery_windows: usize,
+    /// A greater share of refused samples speaks against an estimate.
+    pub refused_share: f64,
+    /// A greater share of holes speaks against an estimate.
+    pub gap_share: f64,
 }
 
 impl Default for Settings {
@@ -122,6 +139,12 @@ impl Default for Settings {
             window_false_alarm: 1e-6,
             turn_rad: 10.0 * std::f64::consts::PI / 180.0,
             restart_gap_s: 5.0,
+            range: SensorRange::default(),
+            walk: SensorWalk::default(),
+            unseen: UnseenMotion::default(),
+            recovery_windows: 6,
+            refused_share: 0.01,
+            gap_share: 0.1,
         }
     }
 }
@@ -135,6 +158,19 @@ pub fn default_noise() -> NoiseDensity {
 }
 
 impl Settings {
+    /// Settings of the stream that feeds the machine.
+    pub(in crate::machines) fn stream(&self) -> StreamSettings {
+        StreamSettings {
+            longest_bridge_s: self.restart_gap_s,
+            joint_patience_s: 0.0,
+            velocity_patience_s: match self.reference {
+                Reference::Moored { .. } => None,
+                Reference::Measured { patience_s } => Some(patience_s),
+            },
+            range: self.range,
+        }
+    }
+
     /// Refuses values that mean nothing.
     ///
     /// # Errors
@@ -153,6 +189,30 @@ impl Settings {
         positive("coarse_residual_limit_m_s", self.coarse_residual_limit_m_s)?;
         positive("turn_rad", self.turn_rad)?;
         positive("restart_gap_s", self.restart_gap_s)?;
+        self.range.check()?;
+        self.unseen.check()?;
+        for (name, value) in [
+            (
+                "walk.gyroscope_drift_rad_s_sqrt_s",
+                self.walk.gyroscope_drift_rad_s_sqrt_s,
+            ),
+            (
+                "walk.accelerometer_bias_m_s2_sqrt_s",
+                self.walk.accelerometer_bias_m_s2_sqrt_s,
+            ),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::setting(name, value, "a number that is not negative"));
+            }
+        }
+        for (name, value) in [
+            ("refused_share", self.refused_share),
+            ("gap_share", self.gap_share),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(Error::setting(name, value, "0 .. 1"));
+            }
+        }
         positive("prior.position_m", self.prior.position_m)?;
         positive("prior.velocity_m_s", self.prior.velocity_m_s)?;
         for (name, vector) in [

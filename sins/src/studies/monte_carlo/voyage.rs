@@ -183,7 +183,7 @@ impl Voyage {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::machines::navigator::{Navigator, NavigatorSettings};
+    use crate::machines::navigator::{Navigator, NavigatorEvent, NavigatorSettings};
     use crate::simulation::NoiseReading;
     use crate::studies::monte_carlo::{MonteCarlo, TrueErrors};
     use crate::table::scheme::Scheme;
@@ -210,11 +210,16 @@ mod tests {
         // A sample that ends at the calibration's stamp starts the navigator's clock.
         let mut first = Sea::new(&departure, voyage.noise).unwrap().pass(0.0);
         first.stamp = mooring.stamp;
-        navigator.ingest_imu(&first).unwrap();
-        navigator.ingest_calibration(mooring.clone()).unwrap();
+        navigator.push_imu(&first);
+        navigator.push_calibration(mooring.clone()).unwrap();
         let mut last = None;
         for turn in voyage.turns() {
-            last = navigator.ingest_imu(&sea.pass(turn)).unwrap();
+            navigator.push_imu(&sea.pass(turn));
+            while let Some(event) = navigator.poll() {
+                if let NavigatorEvent::Sample { output, .. } = event {
+                    last = output;
+                }
+            }
         }
         let last = last.unwrap();
         for (solution, ours) in [

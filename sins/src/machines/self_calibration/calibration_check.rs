@@ -1,0 +1,145 @@
+//! What a calibration must be to be navigated with, wherever it comes from.
+
+use super::{Calibration, Phase};
+use crate::error::Error;
+
+/// Greatest drift that is one \[rad/s\]: 2000 deg/h, a gyroscope for toys.
+const DRIFT_LIMIT_RAD_S: f64 = 0.01;
+/// Greatest bias that is one \[m/s²\]: a tenth of gravity.
+const BIAS_LIMIT_M_S2: f64 = 1.0;
+/// Greatest scale factor error or installation angle.
+const MATRIX_LIMIT: f64 = 0.1;
+/// Greatest one-sigma of anything, SI units.
+const SIGMA_LIMIT: f64 = 1e4;
+
+impl Calibration {
+    /// This calibration where its numbers can be those of a sensor.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names the number, and what was expected.
+    pub fn checked(self) -> Result<Self, Error> {
+        let errors = &self.errors;
+        for (name, values, limit) in [
+            (
+                "gyroscope_drift in rad/s",
+                errors.gyroscope_drift.as_slice(),
+                DRIFT_LIMIT_RAD_S,
+            ),
+            (
+                "accelerometer_bias in m/s²",
+                errors.accelerometer_bias.as_slice(),
+                BIAS_LIMIT_M_S2,
+            ),
+            (
+                "gyroscope_matrix",
+                errors.gyroscope_matrix.as_slice(),
+                MATRIX_LIMIT,
+            ),
+            (
+                "accelerometer_matrix",
+                errors.accelerometer_matrix.as_slice(),
+                MATRIX_LIMIT,
+            ),
+        ] {
+            // Not a number is not within anything.
+            if let Some(value) = values.iter().find(|value| !(value.abs() <= limit)) {
+                return Err(Error::setting(name, value, format!("-{limit} to {limit}")));
+            }
+        }
+        let norm = self.attitude.norm();
+        if !((norm - 1.0).abs() < 1e-3) {
+            return Err(Error::setting("norm of the attitude", norm, "1"));
+        }
+        self.position.checked()?;
+        if self.covariance.iter().any(|value| !value.is_finite()) {
+            return Err(Error::setting("covariance", "not finite", "finite numbers"));
+        }
+        let diagonal = self.covariance.diagonal();
+        let beyond = |variance: &&f64| **variance < 0.0 || **variance > SIGMA_LIMIT * SIGMA_LIMIT;
+        if let Some(variance) = diagonal.iter().find(beyond) {
+            let expected = format!("0 to {:e}", SIGMA_LIMIT * SIGMA_LIMIT);
+            return Err(Error::setting(
+                "a variance of the covariance",
+                variance,
+                expected,
+            ));
+        }
+        Ok(self)
+    }
+
+    /// This calibration where one may navigate with it: its numbers can be those of a sensor, and its filter agreed with its
+    /// samples.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] that names what speaks against it.
+    pub fn usable(self) -> Result<Self, Error> {
+        if self.phase == Phase::Inconsistent {
+            return Err(Error::setting(
+                "phase",
+                self.phase.name(),
+                "a calibration whose filter agreed with its samples",
+            ));
+        }
+        self.checked()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
+    use crate::earth::Position;
+    use crate::estimation::error_state::StateMatrix;
+    use crate::sensor::SensorErrors;
+    use crate::time::Stamp;
+
+    fn good() -> Calibration {
+        Calibration {
+            stamp: Stamp::default(),
+            phase: Phase::Converged,
+            errors: SensorErrors::constant(Vector3::repeat(1e-7), Vector3::repeat(1e-3)),
+            attitude: UnitQuaternion::identity(),
+            position: Position::from_degrees(45.0, 126.0, 0.0),
+            covariance: StateMatrix::identity() * 1e-12,
+            samples: 1,
+            gaps: 0,
+        }
+    }
+
+    /// What no sensor and no place can be is refused by its name, and so is a filter that did not agree with its samples.
+    #[test]
+    fn what_cannot_be_is_refused() {
+        assert!(good().usable().is_ok());
+        let change = |change: &dyn Fn(&mut Calibration)| {
+            let mut calibration = good();
+            change(&mut calibration);
+            calibration.usable().unwrap_err().to_string()
+        };
+        for (change, word) in [
+            (
+                change(&|c| c.errors.gyroscope_drift.x = 1e6),
+                "gyroscope_drift",
+            ),
+            (
+                change(&|c| c.errors.accelerometer_bias.y = 1e9),
+                "accelerometer_bias",
+            ),
+            (
+                change(&|c| c.errors.gyroscope_matrix[(0, 1)] = f64::NAN),
+                "gyroscope_matrix",
+            ),
+            (
+                change(&|c| c.position.latitude_rad = 95f64.to_radians()),
+                "latitude",
+            ),
+            (change(&|c| c.position.height_m = 1e300), "height"),
+            (change(&|c| c.covariance[(3, 3)] = -1.0), "variance"),
+            (change(&|c| c.covariance[(3, 4)] = f64::NAN), "covariance"),
+            (change(&|c| c.phase = Phase::Inconsistent), "inconsistent"),
+        ] {
+            assert!(change.contains(word), "{change}");
+        }
+    }
+}

@@ -1,0 +1,373 @@
+//! Self-calibration behind its stream: intervals in, events out.
+
+use std::collections::VecDeque;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::aiding::Aiding;
+use super::alignment::Gathering;
+use super::judge::{Evidence, Judge};
+use super::running::Running;
+use super::schedule::Schedule;
+use super::{Estimate, Event, Phase, SampleReport, Settings, Thresholds};
+use crate::earth::Position;
+use crate::earth::rotation::HeadingPitchRoll;
+use crate::error::Error;
+use crate::estimation::filter::Loop;
+use crate::estimation::model::{Model, PaperFilter};
+use crate::machines::unseen_motion::Passage;
+use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::{ImuSample, SensorErrors};
+use crate::stream::order::EpochCause;
+use crate::stream::{Interval, Item, Stream};
+use crate::time::Stamp;
+
+#[derive(Clone, Debug)]
+enum Stage {
+    /// No sample has come yet.
+    Idle,
+    Gathering(Box<Gathering>),
+    Running(Box<Running>),
+}
+
+/// Alignment, filter and judge. It has no clock and no queues of its own.
+#[derive(Clone, Debug)]
+pub(in crate::machines) struct Estimator {
+    settings: Settings,
+    /// Where the ship lies in this epoch: the first position of it.
+    position: Option<Position>,
+    newest_position: Option<Position>,
+    stage: Stage,
+    /// The judge of the alignment before this one.
+    judge_before: Option<Judge>,
+    last: Option<Estimate>,
+    phase_told: Phase,
+    missing_velocities: u64,
+    events: VecDeque<Event>,
+}
+
+impl Estimator {
+    pub(in crate::machines) fn new(settings: Settings) -> Result<Self, Error> {
+        settings.check()?;
+        Ok(Self {
+            settings,
+            position: None,
+            newest_position: None,
+            stage: Stage::Idle,
+            judge_before: None,
+            last: None,
+            phase_told: Phase::WaitingForPosition,
+            missing_velocities: 0,
+            events: VecDeque::new(),
+        })
+    }
+
+    pub(super) fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    pub(super) fn set_thresholds(&mut self, thresholds: Thresholds) {
+        self.settings.thresholds = thresholds;
+    }
+
+    pub(in crate::machines) fn take_position(&mut self, position: Position) {
+        self.newest_position = Some(position);
+        self.position.get_or_insert(position);
+    }
+
+    pub(in crate::machines) fn next_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    pub(super) fn last(&self) -> Option<&Estimate> {
+        self.last.as_ref()
+    }
+
+    /// Forgets everything but the position.
+    pub(super) fn reset(&mut self) {
+        self.stage = Stage::Idle;
+        self.judge_before = None;
+        self.last = None;
+        self.missing_velocities = 0;
+        self.events.clear();
+    }
+
+    pub(super) fn samples(&self, stream: &Stream) -> SampleReport {
+        SampleReport {
+            counts: stream.counts(),
+            missing_velocities: self.missing_velocities,
+        }
+    }
+
+    pub(super) fn coarse_progress(&self) -> f64 {
+        match &self.stage {
+            Stage::Idle => 0.0,
+            Stage::Gathering(g) => (g.seconds() / self.settings.coarse_alignment_s).min(1.0),
+            Stage::Running(_) => 1.0,
+        }
+    }
+
+    pub(super) fn phase(&self, stream: &Stream) -> Phase {
+        match &self.stage {
+            Stage::Idle | Stage::Gathering(_) if self.position.is_none() => {
+                Phase::WaitingForPosition
+            }
+            Stage::Idle | Stage::Gathering(_) => Phase::CoarseAlignment,
+            Stage::Running(run) => Evidence {
+                innovations: run.judge.report(),
+                counts: &stream.counts(),
+                sigma: &run.filter.sigma(),
+                turned: run.turned,
+            }
+            .phase(&self.settings),
+        }
+    }
+
+    /// Takes what the stream hands out.
+    pub(in crate::machines) fn take(&mut self, item: Item, stream: &Stream) {
+        match item {
+            Item::Refused(refused) => self.events.push_back(Event::Refused(refused)),
+            Item::Epoch { sample, cause } => self.begin(sample.stamp, cause, stream),
+            Item::Interval(interval, sample) => self.advance(interval, &sample, stream),
+        }
+    }
+
+    /// An epoch begins: attitude and velocity are found anew, and what is known of the sensors goes on.
+    pub(in crate::machines) fn begin(&mut self, stamp: Stamp, cause: EpochCause, stream: &Stream) {
+        let known = match std::mem::replace(&mut self.stage, Stage::Idle) {
+            Stage::Idle => None,
+            Stage::Gathering(gathering) => gathering.known,
+            Stage::Running(run) => {
+                let known = run.knowledge();
+                self.judge_before = Some(run.judge);
+                Some(known)
+            }
+        };
+        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
+        if cause != EpochCause::First {
+            // The ship may have been moved meanwhile.
+            self.position = self.newest_position;
+            self.events.push_back(Event::Restarted {
+                stamp,
+                cause,
+                sensors_kept: known.is_some(),
+            });
+        }
+        self.tell_phase(stamp, stream);
+    }
+
+    fn advance(&mut self, interval: Interval, sample: &ImuSample, stream: &Stream) {
+        match &mut self.stage {
+            Stage::Idle => {}
+            Stage::Running(run) => {
+                let stamp = interval.stamp;
+                let advance = match run.advance(&interval, &self.settings) {
+                    Ok(advance) => advance,
+                    Err(error) => {
+                        // Numbers that are none do not come back: everything is found anew.
+                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, None)));
+                        return self.fail(stamp, &error, stream);
+                    }
+                };
+                self.missing_velocities += u64::from(advance.velocity_missing);
+                if let Some(passage) = advance.passage {
+                    let seconds = interval.increment.interval_s;
+                    self.events.push_back(crossed(stamp, seconds, passage));
+                }
+                if advance.stepped {
+                    self.tell_estimate(stamp, stream);
+                }
+            }
+            Stage::Gathering(gathering) => {
+                let stamp = interval.stamp;
+                gathering.take(interval, sample, &self.settings.turntable);
+                let seconds = gathering.seconds();
+                if self.position.is_some() && seconds >= self.settings.coarse_alignment_s {
+                    if let Err(error) = self.start_filter(stream) {
+                        self.fail(stamp, &error, stream);
+                    }
+                } else if seconds >= 2.0 * self.settings.coarse_alignment_s {
+                    // Still no position: gather afresh rather than without end.
+                    let known = gathering.known;
+                    **gathering = Gathering::new(stamp, known);
+                } else if self.phase_told == Phase::WaitingForPosition && self.position.is_some() {
+                    self.tell_phase(stamp, stream);
+                }
+            }
+        }
+    }
+
+    fn fail(&mut self, stamp: Stamp, error: &Error, stream: &Stream) {
+        let reason = match error {
+            Error::Alignment { reason } => format!("coarse alignment: {reason}"),
+            other => other.to_string(),
+        };
+        self.events
+            .push_back(Event::AlignmentFailed { stamp, reason });
+        self.tell_phase(stamp, stream);
+    }
+
+    /// No more will come: an alignment that has gathered enough is finished with what there is.
+    pub(super) fn finish(&mut self, stream: &Stream) -> Result<Estimate, Error> {
+        let gathered_s = match &self.stage {
+            Stage::Idle => Some(0.0),
+            Stage::Gathering(gathering) => Some(gathering.seconds()),
+            Stage::Running(_) => None,
+        };
+        if let Some(seconds) = gathered_s {
+            if self.position.is_none() {
+                return Err(Error::Alignment {
+                    reason: "no position: expected a valid fix before the samples ended".into(),
+                });
+            }
+            let least_s = self.settings.coarse_alignment_min_s;
+            if seconds < least_s && self.last.is_none() {
+                return Err(Error::Alignment {
+                    reason: format!("{seconds:.1} s of samples, expected at least {least_s} s"),
+                });
+            }
+            if seconds >= least_s {
+                self.start_filter(stream)?;
+            }
+        }
+        let mut last = self.last.clone().ok_or_else(|| Error::Alignment {
+            reason: "the samples ended before the first estimate".into(),
+        })?;
+        // The estimate stands at the last covariance step; the samples after it have been looked at all the same.
+        last.samples = self.samples(stream);
+        last.phase = last.evidence(&last.sigma()).phase(&self.settings);
+        Ok(last)
+    }
+
+    /// Solves the coarse alignment and takes the filter over everything gathered.
+    fn start_filter(&mut self, stream: &Stream) -> Result<(), Error> {
+        let gathered = std::mem::replace(&mut self.stage, Stage::Idle);
+        let (Stage::Gathering(gathering), Some(position)) = (gathered, self.position) else {
+            return Ok(());
+        };
+        let last = gathering
+            .backlog
+            .last()
+            .map_or(gathering.start, |interval| interval.stamp);
+        let known = gathering.known;
+        // Where this alignment fails, the next one begins here.
+        self.stage = Stage::Gathering(Box::new(Gathering::new(last, known)));
+        let coarse = gathering.coarse.solve(
+            position.latitude_rad,
+            position.height_m,
+            self.settings.coarse_residual_limit_m_s,
+        )?;
+        let place = NavigationState {
+            attitude: coarse.at_start,
+            velocity: Vector3::zeros(),
+            position,
+        };
+        let model = self.settings.prior.model();
+        let mut covariance = model.initial_covariance(&place);
+        let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
+        if let Some(known) = &known {
+            known.put_into(&mut covariance, last, &self.settings.walk);
+        }
+        let errors = known.map_or_else(SensorErrors::default, |known| known.errors);
+        let filter = PaperFilter::new(model, place, &errors, covariance, noise, Loop::Open)?;
+        let schedule = Schedule::new(gathering.start, self.settings.step_s);
+        let mut run = Running {
+            filter,
+            start: gathering.start,
+            last: gathering.start,
+            aiding: Aiding::new(self.settings.reference, schedule),
+            judge: self.judge_before.as_ref().map_or_else(
+                || Judge::new(&self.settings),
+                |before| before.of_next_alignment(&self.settings),
+            ),
+            reference_attitude: coarse.at_start,
+            turned: false,
+            reference_vehicle: coarse.at_start,
+        };
+        let mut last_update = None;
+        for interval in &gathering.backlog {
+            let advance = run.advance(interval, &self.settings)?;
+            self.missing_velocities += u64::from(advance.velocity_missing);
+            if advance.stepped {
+                last_update = Some(interval.stamp);
+            }
+        }
+        run.filter.close_loop();
+        run.reference_attitude = run.filter.navigation().attitude;
+        run.turned |= known.is_some_and(|known| known.turned);
+        if let Some(stamp) = last_update {
+            run.reference_vehicle = self.vehicle_attitude(&run, stamp, stream);
+        }
+        self.stage = Stage::Running(Box::new(run));
+        if let Some(stamp) = last_update {
+            self.tell_estimate(stamp, stream);
+        }
+        Ok(())
+    }
+
+    fn tell_estimate(&mut self, stamp: Stamp, stream: &Stream) {
+        let Stage::Running(run) = &self.stage else {
+            return;
+        };
+        let estimate = self.estimate(run, stamp, stream);
+        self.change_phase(stamp, estimate.phase);
+        self.events
+            .push_back(Event::Estimate(Box::new(estimate.clone())));
+        self.last = Some(estimate);
+    }
+
+    pub(super) fn tell_phase(&mut self, stamp: Stamp, stream: &Stream) {
+        self.change_phase(stamp, self.phase(stream));
+    }
+
+    fn change_phase(&mut self, stamp: Stamp, to: Phase) {
+        let from = std::mem::replace(&mut self.phase_told, to);
+        if from != to {
+            self.events
+                .push_back(Event::PhaseChanged { stamp, from, to });
+        }
+    }
+
+    /// The block's attitude with both joints turned back to zero.
+    fn vehicle_attitude(
+        &self,
+        run: &Running,
+        stamp: Stamp,
+        stream: &Stream,
+    ) -> UnitQuaternion<f64> {
+        let angles = stream.joints().angles_at(stamp);
+        run.filter.navigation().attitude * self.settings.turntable.attitude(angles).inverse()
+    }
+
+    fn estimate(&self, run: &Running, stamp: Stamp, stream: &Stream) -> Estimate {
+        let vehicle = self.vehicle_attitude(run, stamp, stream);
+        let mut estimate = Estimate {
+            stamp,
+            phase: Phase::FineAlignment,
+            vehicle: HeadingPitchRoll::from_attitude(&vehicle),
+            vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
+            navigation: *run.filter.navigation(),
+            state: run.filter.state(),
+            covariance: *run.filter.covariance(),
+            innovations: run.judge.report(),
+            turned: run.turned,
+            samples: self.samples(stream),
+            duration_s: stamp.seconds_since(run.start),
+        };
+        estimate.phase = estimate.evidence(&run.filter.sigma()).phase(&self.settings);
+        estimate
+    }
+}
+
+fn crossed(stamp: Stamp, seconds: f64, passage: Passage) -> Event {
+    let (sigma_rad, held) = match passage {
+        Passage::Bridged([angle, _]) => (angle, false),
+        Passage::Held(crossing) => (crossing.misalignment_sigma_rad.amax(), true),
+    };
+    Event::HoleCrossed {
+        stamp,
+        seconds,
+        sigma_rad,
+        held,
+    }
+}
