@@ -229,26 +229,20 @@ mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
 
     use super::*;
-    use ros_node::Value;
 
     /// Sentences say that the time is simulated exactly as long as it is, however often that changes.
     #[test]
     fn the_quality_follows_the_clock() {
         let ear = UdpSocket::bind("127.0.0.1:0").unwrap();
         let to = ear.local_addr().unwrap().to_string();
-        let mut declarations = declarations();
-        for parameter in &mut declarations {
-            let value = match parameter.name() {
-                "nmea_udp" => Value::from(to.clone()),
-                "nmea_sentences" => Value::from(vec!["GGA".to_owned()]),
-                _ => continue,
-            };
-            *parameter = Parameter::new(parameter.name(), value);
-        }
-        let parameters = Parameters::defaults(declarations).unwrap();
+        let settings = InstrumentSettings {
+            udp: to,
+            sentences: vec!["GGA".to_owned()],
+            ..declared().base().clone()
+        };
         let simulated = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&simulated);
-        let open = Instruments::open(&parameters, move || asked.load(Ordering::Relaxed));
+        let open = Instruments::open(&settings, move || asked.load(Ordering::Relaxed));
         let mut instruments = open.unwrap().unwrap();
         let mut buffer = [0; 200];
         let mut quality = |is_simulated: bool| {

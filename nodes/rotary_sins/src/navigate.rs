@@ -51,8 +51,11 @@ impl Group for Navigation {
     const HEADING: &'static str = "Navigation";
 
     fn set() -> ParameterSet<NavigatorSettings> {
-        navigation_compensator::parameters::navigator()
-            .without(&["history_s", "joint_patience_s", "start_from_calibration"])
+        navigation_compensator::parameters::navigator().without(&[
+            "history_s",
+            "joint_patience_s",
+            "start_from_calibration",
+        ])
     }
 }
 

@@ -348,7 +348,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         command: command(),
         bag: summary.path,
         scheme: scheme.name,
-        seed: options.seed,
+        seed: settings.seed,
         duration_s,
         messages: summary.counts,
         latitude_rad: ship.latitude_rad,

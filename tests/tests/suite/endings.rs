@@ -2,12 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use std::process::Command;
-use std::time::Duration;
 
+use ros_node::Qos;
 use ros2_interfaces::sensor_msgs::JointState;
-use suite_tests::{Program, Scene, isolated, messages, repository, rotary_sins, skip};
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use suite_tests::{Listener, Program, Scene, isolated, messages, repository, rotary_sins, skip};
 
 fn interrupted_in_a_turn(interface: &str) {
     let mut scene = Scene::new(&format!("stopped_by_{interface}"));
@@ -20,9 +18,12 @@ fn interrupted_in_a_turn(interface: &str) {
             .parameter("dwell_s", "0.5")
             .parameter("command_lead_s", "0.0"),
     );
-    sequencer.wait_for_line("to 180.000 deg", PATIENCE);
-    // Some degrees on its way, whatever the machine does meanwhile: a rotation takes 38 s.
-    std::thread::sleep(Duration::from_secs(4));
+    sequencer.wait_for_line("to 180.000 deg");
+    let listener = Listener::new();
+    let states = listener.hear::<JointState>("turntable/joint_states", Qos::sensor());
+    states.wait_for("the table is on its way", |state| {
+        state.position.iter().any(|angle| angle.abs() > 0.1)
+    });
     sequencer.interrupt();
     assert!(
         sequencer.log().contains("the table rests at"),
@@ -76,7 +77,7 @@ fn a_recorder_ends_its_bag_on_a_slow_disk() {
                 .arg(&bag)
                 .environment("LD_PRELOAD", library.to_str().unwrap()),
         );
-        recorder.wait_for_line("recording /imu/data_raw", PATIENCE);
+        recorder.wait_for_line("recording /imu/data_raw");
         recorder.interrupt();
         table.interrupt();
         assert!(

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use suite_tests::{Program, repository, rotary_sins};
+use suite_tests::{Program, repository, rotary_sins, scratch};
 
 /// Longest line of prose.
 const LONGEST_LINE: usize = 120;
@@ -193,7 +193,7 @@ fn marked_commands_run() {
     let mut lines = 0;
     for page in pages() {
         let text = std::fs::read_to_string(&page).unwrap();
-        let folder = tempfile::tempdir().unwrap();
+        let folder = scratch(page.file_stem().unwrap().to_str().unwrap());
         for line in blocks(&text, "```sh run").concat() {
             let words: Vec<&str> = line.split_whitespace().collect();
             assert_eq!(words[0], "rotary-sins", "{}: {line}", name(&page));
@@ -202,11 +202,7 @@ fn marked_commands_run() {
                 .fold(Program::new("rotary-sins"), |program, word| {
                     program.arg(word)
                 });
-            let output = program
-                .command()
-                .current_dir(folder.path())
-                .output()
-                .unwrap();
+            let output = program.command().current_dir(&folder).output().unwrap();
             assert!(
                 output.status.success(),
                 "{}: {line}\n{}",
@@ -226,8 +222,7 @@ fn schemes_of_the_manual_are_good_ones() {
     let schemes = blocks(&page, "```yaml");
     assert!(!schemes.is_empty());
     for scheme in schemes {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("scheme.yaml");
+        let file = scratch("schemes").join("scheme.yaml");
         std::fs::write(&file, scheme.join("\n")).unwrap();
         let answer = rotary_sins(&["observability", "--scheme", file.to_str().unwrap()]);
         let text = answer.expect_status(0).stdout;

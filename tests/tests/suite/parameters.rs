@@ -208,7 +208,7 @@ fn nodes_take_their_installed_parameter_files() {
             ] {
                 let copy = copy_with(&scene, &file, line, &wrong);
                 let mut refused = start(&scene, &prefix, node, &copy);
-                assert_eq!(refused.wait(PATIENCE).code(), Some(2), "{wrong}");
+                assert_eq!(refused.wait().code(), Some(2), "{wrong}");
                 let log = refused.log();
                 assert!(
                     log.contains(&told) && log.contains(copy.to_str().unwrap()),
