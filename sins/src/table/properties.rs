@@ -1,4 +1,5 @@
 //! What holds for every table, every motion and every scheme.
+#![allow(clippy::unwrap_used)]
 
 use std::f64::consts::PI;
 
