@@ -1,6 +1,8 @@
 //! What holds for every table, every motion and every scheme.
+#![allow(clippy::unwrap_used)]
 
 use std::f64::consts::PI;
+use std::fmt::Write as _;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -135,7 +137,7 @@ proptest! {
             let About::Joint(joint) = rotation.about else { unreachable!() };
             let name = if joint == Joint::Outer { "outer" } else { "inner" };
             let (angle, dwell) = (rotation.angle_rad.to_degrees(), rotation.dwell_s.unwrap_or(0.0));
-            text += &format!("  - {{joint: {name}, angle_deg: {angle:?}, dwell_s: {dwell:?}}}\n");
+            writeln!(text, "  - {{joint: {name}, angle_deg: {angle:?}, dwell_s: {dwell:?}}}").unwrap();
         }
         let read = Scheme::from_yaml("random", &text).unwrap();
         prop_assert_eq!(read.rotations.len(), scheme.rotations.len());
