@@ -69,7 +69,10 @@ mod tests {
         assert!(positive("x", 0.0).is_err() && not_negative("x", 0.0) == Ok(0.0));
         assert!(not_negative("x", -1e-300).is_err() && finite("x", -1.0) == Ok(-1.0));
         assert!(within("x", -90.0, 90.0).is_ok() && within("x", 90.1, 90.0).is_err());
-        let line = positive("dwell_s", -3.0).unwrap_err().to_string();
-        assert_eq!(line, "dwell_s is -3, expected a positive number");
+        let line = positive("dwell_s", -3.0).map_err(|error| error.to_string());
+        assert_eq!(
+            line,
+            Err("dwell_s is -3, expected a positive number".to_owned())
+        );
     }
 }

@@ -67,11 +67,11 @@ fn feed(machine: &mut SelfCalibration, tick: &Tick) -> Vec<Event> {
 
 /// The last estimate among events.
 fn estimate(events: Vec<Event>) -> Option<Estimate> {
-    let estimates = events.into_iter().filter_map(|event| match event {
+    let mut estimates = events.into_iter().rev().filter_map(|event| match event {
         Event::Estimate(estimate) => Some(*estimate),
         _ => None,
     });
-    estimates.last()
+    estimates.next()
 }
 
 /// Three hundred seconds at rest, any heading, Table 1 errors: level within 0.4', and the azimuth where the east drift and

@@ -59,14 +59,14 @@ impl Outcome {
 
 /// Runs ticks through a machine; `alter` may change a tick, or leave out its sample.
 fn run(
-    settings: Settings,
+    settings: &Settings,
     ticks: &[Tick],
     mut alter: impl FnMut(usize, &mut Tick) -> bool,
 ) -> Outcome {
-    let mut machine = SelfCalibration::new(settings).unwrap();
+    let mut machine = SelfCalibration::new(*settings).unwrap();
     let mut events = Vec::new();
     for (k, tick) in ticks.iter().enumerate() {
-        let mut tick = tick.clone();
+        let mut tick = *tick;
         let has_sample = alter(k, &mut tick);
         if let Some(fix) = tick.position {
             let position = Position {
@@ -97,10 +97,10 @@ fn run(
 #[test]
 fn a_bad_stamp_loses_one_sample() {
     let ticks = ticks(0.5, 1);
-    let good = run(Settings::default(), &ticks, |_, _| true);
+    let good = run(&Settings::default(), &ticks, |_, _| true);
     let at = ticks.len() * 4 / 5;
     for seconds in [3600.0, -3600.0, 10.0, f64::NAN] {
-        let bad = run(Settings::default(), &ticks, |k, tick| {
+        let bad = run(&Settings::default(), &ticks, |k, tick| {
             if k == at {
                 tick.imu.stamp = if seconds.is_nan() {
                     sins::Stamp::default()
@@ -128,7 +128,7 @@ fn a_hole_forgets_nothing() {
     // In the middle of a turn, and at rest.
     for at in [505 * rate, 5400 * rate] {
         let in_hole = move |k: usize| (at..at + 6 * rate).contains(&k);
-        let told = run(settings, &ticks, |k, _| !in_hole(k));
+        let told = run(&settings, &ticks, |k, _| !in_hole(k));
         assert_eq!(told.restarts(), 0, "hole at {at}");
         assert_eq!(told.estimate.samples.counts.gaps, 1);
         // At rest the rates at both ends are the surer way; in a turn the encoders are.
@@ -140,13 +140,13 @@ fn a_hole_forgets_nothing() {
         assert!(told.estimate.duration_s > 7190.0);
     }
     let at = 5400 * rate;
-    let blind = run(settings, &ticks, |k, tick| {
+    let blind = run(&settings, &ticks, |k, tick| {
         tick.joints = None;
         !(at..at + 6 * rate).contains(&k)
     });
     assert_eq!(blind.restarts(), 1);
     blind.assert_true();
-    let whole = run(settings, &ticks, |_, _| true);
+    let whole = run(&settings, &ticks, |_, _| true);
     // The half hour after the hole alone would leave ten times as much.
     assert!(
         blind.worst_drift_sigma() < 1.5 * whole.worst_drift_sigma(),
@@ -168,7 +168,7 @@ fn a_turn_in_a_hole_is_told_or_doubted() {
     let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 5f64.to_radians());
     for told in [true, false] {
         let mut before = None;
-        let outcome = run(settings, &ticks[..480 * rate], |k, tick| {
+        let outcome = run(&settings, &ticks[..480 * rate], |k, tick| {
             let is_after = k >= at + 4 * rate;
             if is_after {
                 tick.imu.angular_rate = turn.inverse() * tick.imu.angular_rate;
@@ -204,7 +204,7 @@ fn a_clock_set_back_in_a_turn_is_no_interval() {
     let ticks = ticks(1.2, 4);
     let rate = RATE_HZ as usize;
     let at = 520 * rate;
-    let outcome = run(Settings::default(), &ticks, |k, tick| {
+    let outcome = run(&Settings::default(), &ticks, |k, tick| {
         if k >= at {
             tick.imu.stamp = tick.imu.stamp.plus_seconds(-4.0);
             if let Some(joints) = &mut tick.joints {
@@ -228,7 +228,7 @@ fn a_clock_set_back_in_a_turn_is_no_interval() {
 fn wild_samples_leave_no_trace() {
     let ticks = ticks(0.5, 5);
     let wild = |k: usize| k > 4000 && k.is_multiple_of(3000);
-    let altered = run(Settings::default(), &ticks, |k, tick| {
+    let altered = run(&Settings::default(), &ticks, |k, tick| {
         if wild(k) {
             match k / 3000 % 4 {
                 0 => tick.imu.angular_rate.x = 1e30,
@@ -257,7 +257,7 @@ fn wild_samples_leave_no_trace() {
 fn half_of_the_samples_refused_is_not_converged() {
     let ticks = ticks(0.4, 6);
     let mut still = None;
-    let outcome = run(Settings::default(), &ticks, |k, tick| {
+    let outcome = run(&Settings::default(), &ticks, |k, tick| {
         if k.is_multiple_of(2) {
             still = Some(tick.imu.stamp);
         } else if let Some(stamp) = still {

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{ParameterSet, Unit};
+use sins::estimation::filter::InitialUncertainty;
 use sins::machines::self_calibration::{Reference, Settings};
 use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
@@ -295,40 +296,45 @@ pub fn filter() -> ParameterSet<FilterParameters> {
             |s| &mut s.settings.walk.accelerometer_bias_m_s2_sqrt_s,
             "How the accelerometer biases wander from one alignment to the next",
         )
-        .group("Prior")
+        .include(prior(), |s| &mut s.settings.prior)
+}
+
+/// Parameters of what is known before the first sample.
+fn prior() -> ParameterSet<InitialUncertainty> {
+    ParameterSet::new("Prior", Settings::default().prior)
         .number(
             "prior_position_m",
             Unit::METRE,
             1e-3..=1e6,
-            |s| &mut s.settings.prior.position_m,
+            |s| &mut s.position_m,
             "Initial 1 sigma of the position, each axis",
         )
         .number(
             "prior_velocity_m_s",
             Unit::METRE_PER_SECOND,
             1e-6..=100.0,
-            |s| &mut s.settings.prior.velocity_m_s,
+            |s| &mut s.velocity_m_s,
             "Initial 1 sigma of the velocity, each axis",
         )
         .numbers(
             "prior_misalignment_deg",
             DEGREE,
             1e-4..=180.0,
-            |s| s.settings.prior.misalignment_rad.as_mut_slice(),
+            |s| s.misalignment_rad.as_mut_slice(),
             "Initial 1 sigma of the attitude about East, North, Up; wide: the filter itself finds what the coarse alignment is worth",
         )
         .numbers(
             "prior_accelerometer_bias_ug",
             MICRO_G,
             1e-6..=1e6,
-            |s| s.settings.prior.accelerometer_bias_m_s2.as_mut_slice(),
+            |s| s.accelerometer_bias_m_s2.as_mut_slice(),
             "Initial 1 sigma of the accelerometer biases x, y, z",
         )
         .numbers(
             "prior_gyroscope_drift_deg_per_hour",
             DEGREE_PER_HOUR,
             1e-9..=1e4,
-            |s| s.settings.prior.gyroscope_drift_rad_s.as_mut_slice(),
+            |s| s.gyroscope_drift_rad_s.as_mut_slice(),
             "Initial 1 sigma of the gyroscope drifts x, y, z",
         )
 }

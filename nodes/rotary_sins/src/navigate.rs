@@ -221,15 +221,20 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         restarts: counts.restarts,
         warnings: notes.lines,
     };
-    if options.json {
-        output::json(&report)?;
-    } else {
+    report.print(options.json)?;
+    Ok(Outcome::Reached)
+}
+
+impl Report {
+    fn print(&self, json: bool) -> anyhow::Result<()> {
+        if json {
+            return output::json(self);
+        }
         output::text_line(&format!(
             "position error at most {:.3} nmi in {:.0} s ({:.3} nmi without compensation)",
-            report.max_position_error_nmi,
-            report.navigation_s,
-            report.max_position_error_uncompensated_nmi
-        ))?;
+            self.max_position_error_nmi,
+            self.navigation_s,
+            self.max_position_error_uncompensated_nmi
+        ))
     }
-    Ok(Outcome::Reached)
 }

@@ -1,5 +1,7 @@
 //! Results of the mathematics as messages.
 
+use std::fmt::Write as _;
+
 use nalgebra::Vector3;
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use rotary_sins_msgs::convert::{header, row_major};
@@ -164,10 +166,10 @@ fn all_rows(matrix: &StateMatrix) -> Vec<f64> {
 fn losses(counts: &StreamCounts) -> String {
     let mut text = String::new();
     if counts.gaps > 0 {
-        text += &format!("; {} gaps, {} samples lost", counts.gaps, counts.lost);
+        let _ = write!(text, "; {} gaps, {} samples lost", counts.gaps, counts.lost);
     }
     if counts.refused() > 0 {
-        text += &format!("; {} samples refused", counts.refused());
+        let _ = write!(text, "; {} samples refused", counts.refused());
     }
     text
 }

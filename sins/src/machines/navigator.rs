@@ -696,7 +696,7 @@ impl Navigator {
         settings.prior.accelerometer_bias_m_s2 =
             sigma(BIAS, &settings.prior.accelerometer_bias_m_s2);
         settings.prior.gyroscope_drift_rad_s = sigma(DRIFT, &settings.prior.gyroscope_drift_rad_s);
-        let mut alignment = Estimator::new(settings)?;
+        let mut alignment = Estimator::new(&settings)?;
         if let Some(fix) = self.position {
             alignment.take_position(fix);
         }

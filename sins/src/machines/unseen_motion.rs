@@ -87,7 +87,7 @@ impl UnseenMotion {
     /// Over a hole of a ship at her mooring, whose velocity is zero within `rest_sigma_m_s`.
     pub fn moored(&self, hole: &Hole, turntable: &Turntable, rest_sigma_m_s: f64) -> Passage {
         let bridged = self.bridge(hole);
-        let Some((turn, encoder)) = self.table_turn(hole, turntable) else {
+        let Some((turn, encoder)) = self.table_turn(hole, *turntable) else {
             return Passage::Bridged(bridged);
         };
         let wander = (self.mooring_wander_rad_s * hole.interval_s).min(self.mooring_limit_rad);
@@ -113,7 +113,7 @@ impl UnseenMotion {
         let half_turn = std::f64::consts::PI / 3f64.sqrt();
         // What the table did unseen may have been anything.
         let (turn, table) = self
-            .table_turn(hole, turntable)
+            .table_turn(hole, *turntable)
             .unwrap_or((UnitQuaternion::identity(), self.unseen_turn(hole)));
         let level = self.sway_rad.hypot(table.min(half_turn));
         let heading = (self.turn_rate_rad_s * seconds).hypot(table);
@@ -159,7 +159,7 @@ impl UnseenMotion {
     }
 
     /// What the encoders say the block turned, and its one-sigma \[rad\].
-    fn table_turn(&self, hole: &Hole, turntable: &Turntable) -> Option<(UnitQuaternion<f64>, f64)> {
+    fn table_turn(&self, hole: &Hole, turntable: Turntable) -> Option<(UnitQuaternion<f64>, f64)> {
         let turned = hole.turned?;
         let turn = turntable.attitude(turned.from).inverse() * turntable.attitude(turned.to);
         Some((turn, self.encoders(turned.sigma_rad)))

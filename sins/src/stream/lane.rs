@@ -79,7 +79,8 @@ impl<T> Lane<T> {
 
     /// The next message at or before `stamp`.
     pub(super) fn pop_until(&mut self, stamp: Stamp) -> Option<(Stamp, T)> {
-        self.queue.pop_front_if(|(time, _)| *time <= stamp)
+        let due = self.queue.front().is_some_and(|(time, _)| *time <= stamp);
+        due.then(|| self.queue.pop_front()).flatten()
     }
 
     /// The next message, however late.

@@ -41,7 +41,7 @@ fn jitter_is_no_loss() {
     let mut off = 1_u64;
     let jittered = (0..20_000_i64).map(|k| {
         off = off.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        100 * k + (off >> 33) as i64 % 41 - 20
+        100 * k + i64::from((off >> 33) as u32) % 41 - 20
     });
     assert_eq!(run(jittered).0.counts().lost, 0);
     let late = (0..100_i64).map(|k| 10 * k + if k == 50 { 9 } else { 0 });

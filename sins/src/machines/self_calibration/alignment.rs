@@ -25,19 +25,19 @@ pub(super) struct Gathering {
 }
 
 impl Gathering {
-    pub(super) fn new(start: Stamp, known: Option<SensorKnowledge>) -> Self {
+    pub(super) fn new(start: Stamp, known: Option<&SensorKnowledge>) -> Self {
         Self {
             start,
             coarse: CoarseAlignment::default(),
             backlog: Vec::new(),
-            known,
+            known: known.copied(),
             gyroscope_noise: Vector3::zeros(),
             accelerometer_noise: Vector3::zeros(),
         }
     }
 
     /// Takes an interval. The coarse alignment turns by the encoders where samples are missing and they know.
-    pub(super) fn take(&mut self, interval: Interval, sample: &ImuSample, turntable: &Turntable) {
+    pub(super) fn take(&mut self, interval: Interval, sample: &ImuSample, turntable: Turntable) {
         let mut increment = interval.increment;
         if let Some(known) = &self.known {
             increment = increment.without(

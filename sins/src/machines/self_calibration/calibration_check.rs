@@ -42,12 +42,15 @@ impl Calibration {
             ),
         ] {
             // Not a number is not within anything.
-            if let Some(value) = values.iter().find(|value| !(value.abs() <= limit)) {
+            if let Some(value) = values
+                .iter()
+                .find(|value| value.is_nan() || value.abs() > limit)
+            {
                 return Err(Error::setting(name, value, format!("-{limit} to {limit}")));
             }
         }
         let norm = self.attitude.norm();
-        if !((norm - 1.0).abs() < 1e-3) {
+        if norm.is_nan() || (norm - 1.0).abs() >= 1e-3 {
             return Err(Error::setting("norm of the attitude", norm, "1"));
         }
         self.position.checked()?;

@@ -47,10 +47,10 @@ pub(in crate::machines) struct Estimator {
 }
 
 impl Estimator {
-    pub(in crate::machines) fn new(settings: Settings) -> Result<Self, Error> {
+    pub(in crate::machines) fn new(settings: &Settings) -> Result<Self, Error> {
         settings.check()?;
         Ok(Self {
-            settings,
+            settings: *settings,
             position: None,
             newest_position: None,
             stage: Stage::Idle,
@@ -143,7 +143,7 @@ impl Estimator {
                 Some(known)
             }
         };
-        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
+        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known.as_ref())));
         if cause != EpochCause::First {
             // The ship may have been moved meanwhile.
             self.position = self.newest_position;
@@ -180,7 +180,7 @@ impl Estimator {
             }
             Stage::Gathering(gathering) => {
                 let stamp = interval.stamp;
-                gathering.take(interval, sample, &self.settings.turntable);
+                gathering.take(interval, sample, self.settings.turntable);
                 let seconds = gathering.seconds();
                 if self.position.is_some() && seconds >= self.settings.coarse_alignment_s {
                     if let Err(error) = self.start_filter(stream) {
@@ -189,7 +189,7 @@ impl Estimator {
                 } else if seconds >= 2.0 * self.settings.coarse_alignment_s {
                     // Still no position: gather afresh rather than without end.
                     let known = gathering.known;
-                    **gathering = Gathering::new(stamp, known);
+                    **gathering = Gathering::new(stamp, known.as_ref());
                 } else if self.phase_told == Phase::WaitingForPosition && self.position.is_some() {
                     self.tell_phase(stamp, stream);
                 }
@@ -251,7 +251,7 @@ impl Estimator {
             .map_or(gathering.start, |interval| interval.stamp);
         let known = gathering.known;
         // Where this alignment fails, the next one begins here.
-        self.stage = Stage::Gathering(Box::new(Gathering::new(last, known)));
+        self.stage = Stage::Gathering(Box::new(Gathering::new(last, known.as_ref())));
         let coarse = gathering.coarse.solve(
             position.latitude_rad,
             position.height_m,

@@ -165,6 +165,10 @@ impl std::fmt::Display for Doubt {
 
 /// The verdict on an estimate.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "one a test, as the JSON has it"
+)]
 pub struct Verdict {
     /// Everything asked for is found, and nothing speaks against it: the phase is `converged`.
     pub converged: bool,
@@ -228,7 +232,8 @@ impl Evidence<'_> {
     fn sigma_doubt(&self, settings: &Settings) -> Option<Doubt> {
         let limits = &settings.thresholds.sigma;
         // Not a number is not below anything.
-        let above = (0..limits.len()).filter(|i| !(self.sigma[*i] <= limits[*i]));
+        let above =
+            (0..limits.len()).filter(|i| self.sigma[*i].is_nan() || self.sigma[*i] > limits[*i]);
         let worst = above.max_by(|a, b| {
             f64::total_cmp(
                 &(self.sigma[*a] / limits[*a]),

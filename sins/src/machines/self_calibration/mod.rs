@@ -103,7 +103,7 @@ impl SelfCalibration {
     /// [`Error::Setting`] where a setting is out of range.
     pub fn new(settings: Settings) -> Result<Self, Error> {
         Ok(Self {
-            estimator: Estimator::new(settings)?,
+            estimator: Estimator::new(&settings)?,
             stream: Stream::new(settings.stream())?,
         })
     }
