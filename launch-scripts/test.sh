@@ -71,6 +71,7 @@ step "lints" cargo clippy --quiet --workspace --all-targets -- -D warnings
 step "documentation" env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace
 step "executables" cargo build --quiet --release --workspace --bins
 step "real ROS 2 peers" finish_peers
+step "packages" tests/packages.sh
 step "colcon" tests/colcon/setup.sh
 step "tests" run_tests
 
