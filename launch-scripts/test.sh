@@ -1,12 +1,25 @@
 #!/usr/bin/env bash
 # The whole test command: format, lints, documentation, unit tests, replays through the running nodes, real ROS 2 peers,
 # faults. Needs a Rust toolchain; installs the few Debian packages it needs where it may, and says which where it may not.
+#
+# Two cores are busy from the first minute to the last: while they compile, the peers come over the network; while the tests run,
+# which mostly wait for each other's messages, lints and documentation take the time that is left over.
+#
+# cargo-nextest runs the tests where it is installed. It is not installed for the purpose, because building it (some 400 crates)
+# takes as long as building the suite; `cargo test` gives the same results, one executable after the other.
 set -uo pipefail
 exec </dev/null
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-logs=target/test-logs
+target=${CARGO_TARGET_DIR:-target}
+mkdir -p "$target"
+target=$(cd "$target" && pwd)
+logs=$target/test-logs
+rm -rf "$logs"
 mkdir -p "$logs"
+export ROTARY_SINS_SKIPPED=$logs/skipped
+# What a step does twice, cargo need not: the next run compiles little anyway, and this one nothing that changes.
+export CARGO_INCREMENTAL=0
 started=$SECONDS
 failed_steps=()
 
@@ -48,38 +61,68 @@ command -v cargo >/dev/null || {
 }
 install_missing
 
-# The ROS 2 peers are mostly waiting for the network: beside the first compilations.
-peers_log=$logs/ros2-peers-setup.log
-tests/ros2_peers/setup.sh kilted jazzy >"$peers_log" 2>&1 &
-peers=$!
-trap 'kill "$peers" 2>/dev/null' EXIT
-
-finish_peers() {
-    wait "$peers"
-    local status=$?
-    cat "$peers_log"
-    [ "$status" = 0 ] || return "$status"
-    ROTARY_SINS_PYTHON=$(grep "/kilted/bin/python$" "$peers_log")
-    export ROTARY_SINS_PYTHON ROTARY_SINS_REQUIRE_PEERS=1
+# The ROS 2 peers and colcon are mostly waiting for the network: beside the compilation.
+begin() {
+    local name=$1
+    shift
+    "$@" >"$logs/$name.log" 2>&1 &
+    background[$name]=$!
 }
+# Waits for what was begun, and shows what it said.
+finish() {
+    local status=0
+    wait "${background[$1]}" || status=$?
+    unset "background[$1]"
+    cat "$logs/$1.log"
+    return "$status"
+}
+declare -A background=()
+trap '[ ${#background[@]} -eq 0 ] || kill "${background[@]}" 2>/dev/null' EXIT
+
+set_up_peers() { tests/ros2_peers/setup.sh kilted jazzy && tests/colcon/setup.sh; }
 
 # Everything that runs is built in release: the tests integrate hours of samples, and it is what a user runs.
-run_tests() { cargo test --release --workspace --no-fail-fast 2>&1 | tee "$logs/cargo-test.log"; }
+build() { cargo build --quiet --release --workspace --lib --bins --tests; }
 
+# Without the lowest priority they would slow down the tests that they run beside.
+check_sources() {
+    nice -n 19 cargo clippy --quiet --workspace --all-targets -- -D warnings &&
+        RUSTDOCFLAGS=-Dwarnings nice -n 19 cargo doc --quiet --no-deps --workspace
+}
+
+run_tests() {
+    export ROTARY_SINS_BIN_DIR=$target/release
+    if cargo nextest --version >/dev/null 2>&1; then
+        # Most tests wait for messages or for a peer: twice as many as cores.
+        cargo nextest run --release --workspace --lib --bins --tests --test-threads $((2 * $(nproc)))
+        local status=$?
+        cp "$target/nextest/default/junit.xml" "$logs/junit.xml"
+        return "$status"
+    fi
+    # The runner lets the test executables, and nothing else, have the option that tells the time of each test.
+    cargo test --release --workspace --lib --bins --tests --no-fail-fast \
+        --config 'target."cfg(all())".runner = ["env", "RUSTC_BOOTSTRAP=1"]' -- \
+        -Z unstable-options --report-time 2>&1 | tee "$logs/cargo-test.log"
+}
+
+run_documentation_tests() { cargo test --quiet --release --workspace --doc -- --format pretty 2>&1 | tee "$logs/doc-test.log"; }
+
+begin peers set_up_peers
 step "format" cargo fmt --all --check
-step "lints" cargo clippy --quiet --workspace --all-targets -- -D warnings
-step "documentation" env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace
-step "executables" cargo build --quiet --release --workspace --bins
-step "real ROS 2 peers" finish_peers
-step "packages" tests/packages.sh
-step "colcon" tests/colcon/setup.sh
+step "build" build
+step "ROS 2 peers and colcon" finish peers
+begin lints check_sources
 step "tests" run_tests
+step "tests of the documentation" run_documentation_tests
+step "lints and documentation" finish lints
+step "packages" tests/packages.sh
 
-count() { awk -v word="$1" '/^test result:/ { for (i = 2; i <= NF; i++) if ($i ~ "^" word) sum += $(i - 1) } END { print sum + 0 }' "$logs/cargo-test.log"; }
 say "end"
-grep -hE '^skipped:' "$logs/cargo-test.log" | sort -u
+others=0
 for what in "${failed_steps[@]}"; do
     echo "failed step: $what"
+    # Failed tests are counted one by one.
+    [[ $what == tests* ]] || others=$((others + 1))
 done
-echo "$(count passed) passed, $(count failed) failed, $(count ignored) ignored"
-[ ${#failed_steps[@]} -eq 0 ]
+python3 tests/results.py "$logs/junit.xml" "$logs/cargo-test.log" "$logs/doc-test.log" --skipped "$ROTARY_SINS_SKIPPED" \
+    --failed-steps $others && [ ${#failed_steps[@]} -eq 0 ]

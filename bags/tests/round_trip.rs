@@ -9,6 +9,7 @@ use bags::{
     Bag, BagWriter, Compression, Error, NewTopic, Qos, Sample, Selection, SensorOptions,
     SensorStream, WriteOptions,
 };
+use proptest::prelude::*;
 use ros2_interfaces::{sensor_msgs::Imu, std_msgs};
 use rotary_sins_msgs::known_type;
 use support::{START, read, read_all, write};
@@ -269,4 +270,43 @@ fn what_is_no_bag() {
         Bag::open(directory.path().join("gone")),
         Err(Error::Io { .. })
     ));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Whatever is written, on whichever topics, in whichever order and packing, is read: all payloads under their topics and times, in
+    /// the order of time, and of one topic and time in the order in which they were written.
+    #[test]
+    fn whatever_is_written_is_read(
+        written in prop::collection::vec((0usize..3, 0u64..1000, prop::collection::vec(any::<u8>(), 0..200)), 0..80),
+        packing in 0usize..3, chunk_bytes in 100u64..5000,
+    ) {
+        const TOPICS: [&str; 3] = ["/a", "/b", "/c/d"];
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("any.mcap");
+        let compression = [Compression::None, Compression::Lz4, Compression::Zstd][packing];
+        let mut bag = BagWriter::create(&path, WriteOptions { compression, chunk_bytes }).unwrap();
+        let ids = TOPICS.map(|name| bag.add_topic(NewTopic::of::<Imu>(name, Qos::reliable(1))).unwrap());
+        for (topic, time, payload) in &written {
+            bag.write_payload(ids[*topic], FIRST + time, FIRST + time, payload).unwrap();
+        }
+        let summary = bag.finish().unwrap();
+        prop_assert_eq!(summary.counts.iter().map(|(_, count)| *count).sum::<u64>(), written.len() as u64);
+        let mut expected: Vec<_> = written
+            .iter()
+            .map(|(topic, time, payload)| (FIRST + time, TOPICS[*topic].to_owned(), payload.clone()))
+            .collect();
+        let bag = Bag::open(&path).unwrap();
+        let mut reader = bag.messages(&Selection::default());
+        let mut read = Vec::new();
+        while let Some(message) = reader.next() {
+            read.push((message.log_time, bag.topics()[message.topic].name.clone(), message.data.to_vec()));
+        }
+        prop_assert!(reader.warnings().is_empty());
+        prop_assert!(read.is_sorted_by_key(|(time, _, _)| *time));
+        read.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
+        expected.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
+        prop_assert_eq!(read, expected);
+    }
 }

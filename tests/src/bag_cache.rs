@@ -1,12 +1,12 @@
-//! Bags made by our own simulator, kept between runs of the tests.
+//! What several tests need and takes long to make: kept below the target folder, as long as the executables stay the same.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
 use crate::cli::rotary_sins;
 use crate::executables::{executable, target_directory};
+use crate::isolation::current_test;
 
 /// A run of `rotary-sins simulate`.
 #[derive(Clone, Debug)]
@@ -30,58 +30,88 @@ impl Simulation {
 
     /// The bag, made where it is not there yet. A new executable makes all bags anew.
     pub fn bag(&self) -> PathBuf {
-        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-        let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let [hours, rate, seed] =
             [self.hours, self.rate_hz, self.seed as f64].map(|number| number.to_string());
-        let name = Path::new(&self.scheme)
+        let scheme = Path::new(&self.scheme)
             .file_stem()
             .unwrap()
             .to_str()
             .unwrap();
-        let bag = cache().join(format!("{name}_{hours}h_{rate}Hz_seed{seed}"));
-        if !bag.exists() {
-            // Written aside first, so that a run that was cut off leaves nothing that looks whole.
-            let part = scratch("simulating").join("bag");
+        let name = format!("{scheme}_{hours}h_{rate}Hz_seed{seed}");
+        made_once(&name, &["rotary-sins"], |bag| {
             let arguments = [
                 ["simulate", "--scheme", &self.scheme],
                 ["--hours", &hours, "--rate"],
                 [&rate, "--seed", &seed],
             ];
-            let output = ["--output", part.to_str().unwrap()];
+            let output = ["--output", bag.to_str().unwrap()];
             let _ = rotary_sins(&[&arguments.concat()[..], &output[..]].concat()).expect_status(0);
-            fs::rename(&part, &bag).unwrap();
-        }
-        bag
+        })
     }
 }
 
-/// Folder of the bags of this executable; those of an older one are removed.
-fn cache() -> PathBuf {
-    let modified = fs::metadata(executable("rotary-sins"))
-        .and_then(|file| file.modified())
-        .unwrap();
-    let all = target_directory().join("test-bags");
-    let folder = all.join(
-        modified
-            .duration_since(UNIX_EPOCH)
-            .unwrap()
-            .as_nanos()
-            .to_string(),
-    );
+/// A file or folder that `make` writes where it is not there yet, made by these executables; tests in other processes wait for it.
+pub(crate) fn made_once(name: &str, by: &[&str], make: impl FnOnce(&Path)) -> PathBuf {
+    let folder = cache(by);
+    let made = folder.join(name);
+    let lock = File::create(folder.join(format!("{name}.lock"))).unwrap();
+    lock.lock().unwrap();
+    if !made.exists() {
+        // Written aside first, so that a run that was cut off leaves nothing that looks whole.
+        let part = part_of(name, by);
+        remove(&part);
+        make(&part);
+        fs::rename(&part, &made).unwrap();
+    }
+    made
+}
+
+/// Where [`made_once`] has it written.
+pub(crate) fn part_of(name: &str, by: &[&str]) -> PathBuf {
+    cache(by).join(format!("{name}.part"))
+}
+
+/// Folder of what these executables made; that of older ones is removed.
+fn cache(by: &[&str]) -> PathBuf {
+    let modified = by.iter().map(|name| {
+        let file = fs::metadata(executable(name)).unwrap();
+        let since = file.modified().unwrap().duration_since(UNIX_EPOCH);
+        since.unwrap().as_nanos()
+    });
+    let key = modified.max().unwrap().to_string();
+    let all = target_directory().join("test-made").join(by.join("+"));
+    fs::create_dir_all(&all).unwrap();
+    let lock = File::create(all.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let folder = all.join(&key);
     if !folder.exists() {
-        fs::remove_dir_all(&all).ok();
-        fs::create_dir_all(&folder).unwrap();
+        for entry in fs::read_dir(&all).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                remove(&path);
+            }
+        }
+        fs::create_dir(&folder).unwrap();
     }
     folder
 }
 
-/// An empty folder for the files of one test, in the target folder; what an earlier run left in it is gone.
-pub fn scratch(test: &str) -> PathBuf {
-    let folder = target_directory().join("test-scratch").join(test);
-    if folder.exists() {
-        fs::remove_dir_all(&folder).unwrap();
+fn remove(path: &Path) {
+    if path.is_dir() {
+        fs::remove_dir_all(path).unwrap();
+    } else if path.exists() {
+        fs::remove_file(path).unwrap();
     }
+}
+
+/// An empty folder for files of this test, in the target folder; what an earlier run left in it is gone.
+pub fn scratch(name: &str) -> PathBuf {
+    let test = current_test().replace("::", ".");
+    let folder = target_directory()
+        .join("test-scratch")
+        .join(test)
+        .join(name);
+    remove(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
 }

@@ -7,6 +7,15 @@ use std::sync::OnceLock;
 /// Folder with the executables; handed on to the inner run of an isolated test.
 pub(crate) const BIN_DIR: &str = "ROTARY_SINS_BIN_DIR";
 
+/// All executables of the suite.
+pub const EXECUTABLES: [&str; 5] = [
+    "imu_simulator",
+    "scheme_sequencer",
+    "self_calibrator",
+    "navigation_compensator",
+    "rotary-sins",
+];
+
 /// Root of the repository.
 pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -1,13 +1,14 @@
 //! A network and a process namespace for one test.
 
 use std::process::{Command, Output, Stdio};
-use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::executables::{BIN_DIR, executables};
 
-/// Set in the inner run of an isolated test.
+/// In the inner run of an isolated test: its name.
 const INSIDE: &str = "ROTARY_SINS_TEST_INSIDE";
+/// cargo-nextest runs each test in a process of its own and says which one it is.
+const NEXTEST_NAME: &str = "NEXTEST_TEST_NAME";
 
 /// Gives the namespace a loopback that also carries multicast, which DDS discovery needs; then becomes the test.
 const ENTER: &str = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\"";
@@ -15,20 +16,18 @@ const ENTER: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 /// Namespaces of the network and of processes: when the inner test ends, the kernel ends everything it started.
 const UNSHARE: [&str; 5] = ["--net", "--pid", "--fork", "--kill-child", "--mount-proc"];
 
-/// Runs `body` with only a loopback of its own, one such test of a program at a time: the machine's cores are part of
-/// what these tests measure.
+/// Runs `body` with only a loopback of its own, so that any number of such tests run side by side.
 ///
 /// The test program starts itself again, for this one test, inside of new namespaces. As root that is always
 /// permitted; for others it needs unprivileged user namespaces. Where neither is permitted, the test runs in a random
 /// DDS domain on the loopback, and a line says so.
-pub fn isolated<F: FnOnce()>(body: F) {
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    if std::env::var_os(INSIDE).is_some() {
+///
+/// What the test needs from outside (peers, data) is decided before: see [`crate::skip`].
+pub fn isolated(body: impl FnOnce()) {
+    if is_inside() {
         return body();
     }
-    let name = test_name::<F>();
-    let bin_dir = executables();
-    let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let name = current_test();
     let mut command = if let Some(mut unshare) = permitted_unshare() {
         unshare
             .args(["bash", "-c", ENTER, "bash"])
@@ -47,20 +46,35 @@ pub fn isolated<F: FnOnce()>(body: F) {
         command
     };
     let output = command
-        .args(["--exact", name, "--nocapture", "--include-ignored"])
-        .env(INSIDE, "1")
-        .env(BIN_DIR, bin_dir)
+        .args(["--exact", &name, "--nocapture", "--include-ignored"])
+        .env(INSIDE, &name)
+        .env(BIN_DIR, executables())
         .stdin(Stdio::null())
         .output()
         .unwrap();
-    judge(name, &output);
+    judge(&name, &output);
 }
 
-/// `module::test` from the type of the closure, `crate::module::test::{{closure}}`.
-fn test_name<F>() -> &'static str {
-    let path = std::any::type_name::<F>();
-    let path = path.strip_suffix("::{{closure}}").unwrap_or(path);
-    path.split_once("::").map_or(path, |(_, name)| name)
+/// Whether this is the inner run of an isolated test.
+pub(crate) fn is_inside() -> bool {
+    std::env::var_os(INSIDE).is_some()
+}
+
+/// `module::test` of the test that runs here, whoever runs it.
+pub(crate) fn current_test() -> String {
+    let by_environment = [INSIDE, NEXTEST_NAME]
+        .into_iter()
+        .find_map(|variable| std::env::var(variable).ok());
+    let by_thread = || std::thread::current().name().map(str::to_owned);
+    let name = by_environment.or_else(by_thread);
+    // A single thread runs the tests in its own, which has another name.
+    name.filter(|name| name != "main")
+        .expect("the name of this test: run with cargo nextest, or with more than one test thread")
+}
+
+/// Whether a test may have a network of its own here.
+pub fn namespaces_are_permitted() -> bool {
+    is_inside() || permitted_unshare().is_some()
 }
 
 fn permitted_unshare() -> Option<Command> {

@@ -6,7 +6,8 @@
 //!
 //! Environment variables:
 //! - `ROTARY_SINS_BIN_DIR`: the executables are taken from this folder and not built.
-//! - `ROTARY_SINS_REQUIRE_PEERS=1`: a missing ROS 2 peer or missing data is a failure, not a skip.
+//! - `CI`: what is missing here (a ROS 2 peer, data, a browser) is a failure, not a skip.
+//! - `ROTARY_SINS_SKIPPED`: a file that gets the name of every skipped test, with the reason.
 #![allow(
     clippy::unwrap_used,
     reason = "this is test code: a failed step is a failed test"
@@ -18,22 +19,28 @@ mod cli;
 mod executables;
 mod filled;
 mod isolation;
+mod listener;
 mod peers;
 mod process;
 mod recorded_run;
 mod recording;
+mod samples;
 mod scene;
+mod skipping;
 mod tolerance;
 
 pub use bag_cache::{Simulation, copy_bag, mcap_of, scratch};
 pub use chromium::{chromium, look_at};
 pub use cli::{Answer, rotary_sins};
-pub use executables::{executable, repository, target_directory};
+pub use executables::{EXECUTABLES, executable, repository, target_directory};
 pub use filled::{assert_filled, filled};
-pub use isolation::isolated;
-pub use peers::{Peer, data_file, distributions, peer_python, skip};
+pub use isolation::{isolated, namespaces_are_permitted};
+pub use listener::{GUARD, Heard, Listener};
+pub use peers::{Peer, data_file, peer_python};
 pub use process::{Program, Running, wait_until};
 pub use recorded_run::RecordedRun;
 pub use recording::{alter, alter_imu, estimates, messages, within_namespace, without_topic};
+pub use samples::{BAD_SAMPLES, GOOD_SAMPLES, sample, samples, truth_of_sample};
 pub use scene::Scene;
+pub use skipping::skip;
 pub use tolerance::{assert_within_sigmas, vector};

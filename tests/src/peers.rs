@@ -1,6 +1,5 @@
 //! Real ROS 2 peers in Python, and data that this project did not make.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -8,23 +7,7 @@ use serde_json::Value;
 use crate::cli::Answer;
 use crate::executables::repository;
 use crate::process::Program;
-
-/// What cannot be skipped where this is set.
-const REQUIRED: &str = "ROTARY_SINS_REQUIRE_PEERS";
-
-/// Says in one line that a test is skipped; fails instead where `ROTARY_SINS_REQUIRE_PEERS` is set.
-pub fn skip(reason: &str) {
-    assert!(
-        std::env::var_os(REQUIRED).is_none(),
-        "{REQUIRED} is set, but {reason}"
-    );
-    say(&format!("skipped: {reason}"));
-}
-
-/// Past the test harness, which shows what a passing test prints to nobody.
-fn say(line: &str) {
-    writeln!(std::io::stderr(), "{line}").ok();
-}
+use crate::skipping::skip;
 
 /// Python of the environment that `tests/ros2_peers/setup.sh` made for a ROS 2 distribution; `None`, with a line,
 /// where it was not made.
@@ -41,12 +24,27 @@ pub fn peer_python(distribution: &str) -> Option<PathBuf> {
     None
 }
 
-/// Pythons of the newest distribution and the long-term one, as far as `setup.sh` has set them up.
-pub fn distributions() -> Vec<PathBuf> {
-    ["kilted", "jazzy"]
-        .into_iter()
-        .filter_map(peer_python)
-        .collect()
+/// Makes two tests of each function that takes the path of a Python: one a ROS 2 distribution, the newest and the long-term one,
+/// each in a network of its own. Where `setup.sh` has not set one up, its test is skipped.
+#[macro_export]
+macro_rules! each_distribution {
+    ($($test:ident),* $(,)?) => {$(
+        mod $test {
+            #[test]
+            fn kilted() {
+                if let Some(python) = $crate::peer_python("kilted") {
+                    $crate::isolated(|| super::$test(&python));
+                }
+            }
+
+            #[test]
+            fn jazzy() {
+                if let Some(python) = $crate::peer_python("jazzy") {
+                    $crate::isolated(|| super::$test(&python));
+                }
+            }
+        }
+    )*};
 }
 
 /// A file that stands beside the project, in `../shared/data`; `None`, with a line, where it is absent.
@@ -55,8 +53,7 @@ pub fn data_file(name: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    // Data is no duty of a user's machine, so its absence is never a failure.
-    say(&format!("skipped: {} is not there", path.display()));
+    skip(&format!("there is no {}", path.display()));
     None
 }
 

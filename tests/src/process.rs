@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::executables::executable;
+use crate::listener::GUARD;
 
 /// Lines of a log that a failed test shows.
 const TAIL: usize = 30;
@@ -150,9 +151,9 @@ impl Running {
         String::from_utf8_lossy(&bytes[self.log_from..]).into_owned()
     }
 
-    /// Waits until its log has a line with `text`; fails where it ends before, or after `timeout`.
-    pub fn wait_for_line(&mut self, text: &str, timeout: Duration) {
-        let end = Instant::now() + timeout;
+    /// Waits until its log has a line with `text`; fails where it ends before.
+    pub fn wait_for_line(&mut self, text: &str) {
+        let end = Instant::now() + GUARD;
         while !self.log().contains(text) {
             if let Some(status) = self.child.try_wait().unwrap() {
                 assert!(
@@ -164,7 +165,7 @@ impl Running {
             }
             assert!(
                 Instant::now() < end,
-                "{}: no line with '{text}' after {timeout:?}",
+                "{}: no line with '{text}' after {GUARD:?}",
                 self.label
             );
             std::thread::sleep(Duration::from_millis(20));
@@ -182,15 +183,15 @@ impl Running {
     }
 
     /// Waits for its own end.
-    pub fn wait(&mut self, timeout: Duration) -> ExitStatus {
-        let end = Instant::now() + timeout;
+    pub fn wait(&mut self) -> ExitStatus {
+        let end = Instant::now() + GUARD;
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
                 return status;
             }
             assert!(
                 Instant::now() < end,
-                "{} still runs after {timeout:?}",
+                "{} still runs after {GUARD:?}",
                 self.label
             );
             std::thread::sleep(Duration::from_millis(20));
@@ -212,7 +213,7 @@ impl Running {
     /// SIGINT, and the status it ends with.
     pub fn end(&mut self) -> ExitStatus {
         self.signal(Signal::INT);
-        self.wait(Duration::from_secs(5))
+        self.wait()
     }
 
     fn signal(&self, signal: Signal) {
@@ -239,10 +240,10 @@ impl Drop for Running {
 }
 
 /// Waits for a condition.
-pub fn wait_until(what: &str, timeout: Duration, mut condition: impl FnMut() -> bool) {
-    let end = Instant::now() + timeout;
+pub fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
+    let end = Instant::now() + GUARD;
     while !condition() {
-        assert!(Instant::now() < end, "not after {timeout:?}: {what}");
+        assert!(Instant::now() < end, "not after {GUARD:?}: {what}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }

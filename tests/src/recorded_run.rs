@@ -3,16 +3,21 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
 
 use bags::{Bag, Selection, cdr};
+use ros_node::Qos;
 use ros2_interfaces::RosMessage;
 use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
 use ros2_interfaces::geometry_msgs::TransformStamped;
+use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::tf2_msgs::TFMessage;
-use rotary_sins_msgs::with_known_types;
+use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate, with_known_types};
 use serde_json::Value;
 
+use crate::bag_cache::{made_once, part_of};
+use crate::executables::EXECUTABLES;
+use crate::isolation::{is_inside, isolated};
+use crate::listener::Listener;
 use crate::process::Program;
 use crate::recording::messages;
 use crate::scene::Scene;
@@ -29,6 +34,7 @@ rotations:
 ";
 /// Simulated time: rests and rotations of the scheme, and what it takes until it begins \[s\].
 const DURATION_S: f64 = 540.0;
+const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
 /// A recording of every topic of a run, by what is in it.
 #[derive(Debug)]
@@ -42,37 +48,17 @@ pub struct RecordedRun {
 }
 
 impl RecordedRun {
-    /// Runs the nodes, which takes some 10 s; in a network of its own, see [`crate::isolated`]. The truth stands in for the
-    /// calibration, so that navigation begins after two minutes of simulated time; sentences go to nobody.
-    pub fn make(test: &str) -> Self {
-        let mut scene = Scene::new(test);
-        let scheme = scene.folder().join("two-turns.yaml");
-        fs::write(&scheme, SCHEME).unwrap();
-        let recording = scene.record("recording", &[]);
-        scene.start(
-            &Program::new("navigation_compensator")
-                .parameter("use_sim_time", "true")
-                .parameter("alignment_s", "120.0")
-                .parameter("coarse_alignment_s", "60.0")
-                .parameter("nmea_udp", "127.0.0.1:10110")
-                .remap("self_calibration/calibration", "ground_truth/calibration"),
-        );
-        scene.start(&Program::new("self_calibrator").parameter("use_sim_time", "true"));
-        scene.start(
-            &Program::new("scheme_sequencer")
-                .parameter("use_sim_time", "true")
-                .parameter("scheme", scheme.to_str().unwrap()),
-        );
-        let mut simulator = scene.start_apart(
-            &Program::new("imu_simulator")
-                .parameter("imu_rate_hz", "20.0")
-                .parameter("speed", "60.0")
-                .parameter("duration_s", &format!("{DURATION_S:?}")),
-        );
-        assert!(simulator.wait(Duration::from_secs(120)).success());
-        std::thread::sleep(Duration::from_secs(2));
-        scene.end();
-        Self::read(&recording)
+    /// The run, made by the first test that needs it, in a network of its own, and kept as long as the executables stay the same.
+    pub fn of_the_nodes() -> Self {
+        const NAME: &str = "recorded_run";
+        if is_inside() {
+            let part = part_of(NAME, &EXECUTABLES);
+            run_the_nodes(&part);
+            return Self::read(&part);
+        }
+        // This very test, started again within the namespace, comes by the lines above.
+        let bag = made_once(NAME, &EXECUTABLES, |_| isolated(|| ()));
+        Self::read(&bag)
     }
 
     fn read(bag: &Path) -> Self {
@@ -110,6 +96,45 @@ impl RecordedRun {
                 .collect(),
         }
     }
+}
+
+/// The truth stands in for the calibration, so that navigation begins after two minutes of simulated time; sentences go to nobody.
+fn run_the_nodes(recording: &Path) {
+    let mut scene = Scene::new("recorded_run");
+    let scheme = scene.folder().join("two-turns.yaml");
+    fs::write(&scheme, SCHEME).unwrap();
+    scene.record_to(recording, &[]);
+    let listener = Listener::new();
+    let truth = listener.hear::<Calibration>("/ground_truth/calibration", Qos::latched(1));
+    let estimates =
+        listener.hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(1));
+    let solutions = listener.hear::<Odometry>("/uncompensated/odometry", Qos::sensor());
+    scene.start(
+        &Program::new("navigation_compensator")
+            .parameter("use_sim_time", "true")
+            .parameter("alignment_s", "120.0")
+            .parameter("coarse_alignment_s", "60.0")
+            .parameter("nmea_udp", "127.0.0.1:10110")
+            .remap("self_calibration/calibration", "ground_truth/calibration"),
+    );
+    scene.start(&Program::new("self_calibrator").parameter("use_sim_time", "true"));
+    scene.start(
+        &Program::new("scheme_sequencer")
+            .parameter("use_sim_time", "true")
+            .parameter("scheme", scheme.to_str().unwrap()),
+    );
+    let mut simulator = scene.start_apart(
+        &Program::new("imu_simulator")
+            .parameter("imu_rate_hz", "20.0")
+            .parameter("speed", "60.0")
+            .parameter("duration_s", &format!("{DURATION_S:?}")),
+    );
+    assert!(simulator.wait().success());
+    let start = truth.wait_for("the truth", |_| true).header.stamp.nanos();
+    let end = start + (DURATION_S * 1e9) as i64 - NANOS_PER_SECOND;
+    estimates.wait_for("the last estimate", |e| e.header.stamp.nanos() >= end);
+    solutions.wait_for("the last solution", |s| s.header.stamp.nanos() >= end);
+    scene.end();
 }
 
 type Decode = fn(&[u8]) -> Value;

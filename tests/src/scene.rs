@@ -1,15 +1,10 @@
 //! Nodes, a recorder and a player on one network.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use crate::bag_cache::scratch;
+use crate::listener::GUARD;
 use crate::process::{Program, Running};
-
-/// Longest time that one replay may take.
-const REPLAY: Duration = Duration::from_secs(240);
-/// Time for what is under way to arrive everywhere.
-const SETTLE: Duration = Duration::from_secs(2);
 
 /// The stage of one test: a folder for logs and recordings, and what runs.
 #[derive(Debug)]
@@ -43,38 +38,46 @@ impl Scene {
         program.start(&self.folder)
     }
 
-    /// Starts a recorder of these topics; [`Self::end`] ends its bag.
+    /// Starts a recorder of these topics (none: all); [`Self::end`] ends its bag.
     pub fn record(&mut self, name: &str, topics: &[&str]) -> PathBuf {
         let bag = self.folder.join(name);
-        let program = topics.iter().fold(
-            Program::new("rotary-sins")
-                .label(name)
-                .arg("record")
-                .arg("--output")
-                .arg(&bag),
-            Program::arg,
-        );
-        self.start(&program);
+        self.record_to(&bag, topics);
         bag
     }
 
-    /// Plays a bag at this multiple of real time.
-    pub fn play(&self, bag: &Path, rate: f64) -> Running {
+    /// The same, into a bag that stands elsewhere.
+    pub fn record_to(&mut self, bag: &Path, topics: &[&str]) {
+        let program = topics.iter().fold(
+            Program::new("rotary-sins")
+                .label("record")
+                .arg("record")
+                .arg("--output")
+                .arg(bag),
+            Program::arg,
+        );
+        self.start(&program);
+    }
+
+    /// Plays a bag at this multiple of real time, once the samples of its IMU have so many subscribers.
+    pub fn play(&self, bag: &Path, rate: f64, subscribers: usize) -> Running {
         self.start_apart(
             &Program::new("rotary-sins")
                 .label("play")
                 .arg("play")
                 .arg(bag)
                 .arg("--rate")
-                .arg(rate.to_string()),
+                .arg(rate.to_string())
+                .arg("--wait-for")
+                .arg(format!("/imu/data_raw:{subscribers}"))
+                .arg("--wait-timeout")
+                .arg(GUARD.as_secs().to_string()),
         )
     }
 
-    /// Waits for the end of a replay, and until what it sent is worked up.
+    /// Waits for the end of a replay. That what it sent is worked up then is another thing to wait for.
     pub fn finish(&self, mut player: Running) {
-        let status = player.wait(REPLAY);
+        let status = player.wait();
         assert!(status.success(), "play: {status}");
-        std::thread::sleep(SETTLE);
     }
 
     /// Ctrl-C for everything, the youngest last; each must end by itself with status 0. A recording is whole then.

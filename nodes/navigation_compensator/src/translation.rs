@@ -1,6 +1,6 @@
 //! Calibration messages to calibrations; solutions to messages.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
@@ -8,7 +8,11 @@ use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_t
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
-use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, STATES, StateMatrix};
+use sins::estimation::error_state::{self, StateMatrix};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::MISALIGNMENT;
+use sins::estimation::model::{Model, Paper};
+use sins::estimation::state::NamedCovariance;
 use sins::machines::navigator::Solution;
 use sins::machines::odometry::{UNKNOWN_VARIANCE, VehicleMotion, pose_covariance};
 use sins::machines::self_calibration::{Calibration, Phase};
@@ -77,37 +81,51 @@ fn phase(number: u8) -> Result<Phase, String> {
     })
 }
 
+/// The covariance in the order of the states here. States are found by name: more than are known here are left aside, and of
+/// one that is missing nothing is known (variance zero).
 fn covariance(message: &CalibrationMessage) -> Result<StateMatrix, String> {
     if message.covariance.is_empty() {
-        let mut matrix = StateMatrix::zeros();
-        let attitude = Matrix3::from_row_slice(&message.attitude_covariance);
-        matrix
-            .fixed_view_mut::<3, 3>(MISALIGNMENT, MISALIGNMENT)
-            .copy_from(&attitude);
-        for (start, std) in [
-            (BIAS, message.accelerometer_bias_std),
-            (DRIFT, message.gyroscope_drift_std),
-        ] {
-            for axis in 0..3 {
-                matrix[(start + axis, start + axis)] = std[axis].max(0.0).powi(2);
-            }
-        }
-        return Ok(matrix);
+        return from_sigmas(message).map_err(|error| error.to_string());
     }
-    if message.covariance.len() != STATES * STATES || message.state_names != STATE_NAMES {
+    let count = message.state_names.len();
+    if message.covariance.len() != count * count {
         return Err(format!(
-            "covariance has {} elements over states {:?}, expected {} over {STATE_NAMES:?}",
+            "covariance has {} elements over states {:?}, expected {}",
             message.covariance.len(),
             message.state_names,
-            STATES * STATES
+            count * count
         ));
     }
-    let matrix = StateMatrix::from_row_slice(&message.covariance);
-    if matrix.iter().all(|value| value.is_finite()) {
-        Ok(matrix)
-    } else {
-        Err("covariance holds numbers that are not finite".to_owned())
-    }
+    let names = message
+        .state_names
+        .iter()
+        .cloned()
+        .map(Into::into)
+        .collect();
+    let matrix = DMatrix::from_row_slice(count, count, &message.covariance);
+    let named = NamedCovariance::new(names, matrix).map_err(|error| error.to_string())?;
+    Ok(Paper::arranged(&named, &StateMatrix::zeros()))
+}
+
+/// Of a message that carries standard deviations and the attitude's covariance only.
+fn from_sigmas(message: &CalibrationMessage) -> Result<StateMatrix, sins::Error> {
+    let stds = [
+        (ACCELEROMETER_BIAS, message.accelerometer_bias_std),
+        (GYROSCOPE_DRIFT, message.gyroscope_drift_std),
+    ];
+    // A standard deviation that is not known is -1.
+    let known = stds.iter().flat_map(|(names, std)| {
+        names.iter().copied().zip(
+            std.iter()
+                .map(|sigma| if *sigma < 0.0 { 0.0 } else { *sigma }),
+        )
+    });
+    let sensors = Paper::arranged(&NamedCovariance::from_sigmas(known)?, &StateMatrix::zeros());
+    let attitude = NamedCovariance::new(
+        MISALIGNMENT.map(Into::into).to_vec(),
+        DMatrix::from_row_slice(3, 3, &message.attitude_covariance),
+    )?;
+    Ok(Paper::arranged(&attitude, &sensors))
 }
 
 /// The compensated sample with its attitude.
@@ -123,7 +141,7 @@ pub fn imu(stamp: Stamp, solution: &Solution, measured: &ImuSample, frame_id: &s
         orientation_covariance: row_major(
             &solution
                 .covariance
-                .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+                .fixed_view::<3, 3>(error_state::MISALIGNMENT, error_state::MISALIGNMENT)
                 .into_owned(),
         ),
         ..imu_from_sample(&sample, frame_id)

@@ -126,14 +126,41 @@ pub struct Options {
     json: bool,
 }
 
+/// What was made, and what is true of it.
 #[derive(Serialize)]
 struct Report {
+    /// Makes the same again.
+    command: String,
     bag: PathBuf,
     scheme: String,
+    seed: u64,
     duration_s: f64,
     messages: Vec<(String, u64)>,
+    latitude_rad: f64,
+    longitude_rad: f64,
+    height_m: f64,
+    heading_rad: f64,
+    roll_rad: f64,
+    pitch_rad: f64,
     gyroscope_drift_rad_s: [f64; 3],
     accelerometer_bias_m_s2: [f64; 3],
+    /// From the block to East-North-Up, at the end.
+    attitude_xyzw: [f64; 4],
+}
+
+/// The command line of this run.
+fn command() -> String {
+    let arguments = std::env::args().skip(1).map(|argument| {
+        if argument.contains(char::is_whitespace) {
+            format!("'{argument}'")
+        } else {
+            argument
+        }
+    });
+    std::iter::once("rotary-sins".to_owned())
+        .chain(arguments)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// One value for all axes, or one for each.
@@ -328,11 +355,21 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     drop(progress);
     let summary = output.bag.finish()?;
     let errors = &settings.imu.errors;
+    let ship = settings.plant.ship;
     let report = Report {
+        command: command(),
         bag: summary.path,
         scheme: scheme.name,
+        seed: options.seed,
         duration_s,
         messages: summary.counts,
+        latitude_rad: ship.latitude_rad,
+        longitude_rad: ship.longitude_rad,
+        height_m: ship.height_m,
+        heading_rad: ship.heading_rad,
+        roll_rad: ship.roll_rad,
+        pitch_rad: ship.pitch_rad,
+        attitude_xyzw: run.simulator().plant().attitude().coords.into(),
         gyroscope_drift_rad_s: errors.gyroscope_drift.into(),
         accelerometer_bias_m_s2: errors.accelerometer_bias.into(),
     };

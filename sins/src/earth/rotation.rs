@@ -87,6 +87,10 @@ pub fn small_rotation(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
+    use proptest::prelude::*;
+
     use super::*;
 
     /// Heading 90 points the y axis (bow) east and the x axis (starboard) south.
@@ -154,6 +158,59 @@ mod tests {
                 (small_rotation(&v).coords - exact.coords).norm() < 3e-16,
                 "{scale}"
             );
+        }
+    }
+
+    /// Any attitude: a random direction and angle of a rotation vector.
+    fn attitudes() -> impl Strategy<Value = UnitQuaternion<f64>> {
+        prop::array::uniform4(-1.0..1.0f64)
+            .prop_filter("long enough to be normalized", |q| {
+                q.iter().map(|part| part * part).sum::<f64>() > 1e-3
+            })
+            .prop_map(|[w, i, j, k]| {
+                UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k))
+            })
+    }
+
+    proptest! {
+        /// An attitude has the angles that give it again, within what a pitch near ±90 deg leaves of them.
+        #[test]
+        fn attitude_to_angles_and_back(attitude in attitudes()) {
+            let angles = HeadingPitchRoll::from_attitude(&attitude);
+            prop_assert!((0.0..TAU).contains(&angles.heading));
+            prop_assert!(angles.pitch.abs() <= FRAC_PI_2);
+            // The arcsine has lost half of the digits where its argument is 1.
+            prop_assert!(attitude.angle_to(&angles.attitude()) < 1e-7);
+            if angles.pitch.cos() > 0.1 {
+                prop_assert!(attitude.angle_to(&angles.attitude()) < 1e-13);
+            }
+        }
+
+        /// Turning the ship about the vertical adds to her heading, and leaves pitch and roll.
+        #[test]
+        fn headings_add(heading in 0.0..TAU, turn in -TAU..TAU, pitch in -1.4..1.4f64, roll in -3.1..3.1f64) {
+            let before = HeadingPitchRoll { heading, pitch, roll };
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -turn) * before.attitude();
+            let after = HeadingPitchRoll::from_attitude(&turned);
+            let off = (after.heading - heading - turn + PI).rem_euclid(TAU) - PI;
+            prop_assert!(off.abs() < 1e-12, "{off}");
+            prop_assert!((after.pitch - pitch).abs() < 1e-12 && (after.roll - roll).abs() < 1e-12);
+        }
+
+        /// A rotation vector and its opposite undo each other; halves about one axis make the whole; and a misalignment φ moves the
+        /// attitude as C' = (I − φ×) C says.
+        #[test]
+        fn small_rotations_compose(vector in prop::array::uniform3(-0.03..0.03f64), attitude in attitudes()) {
+            let vector = Vector3::from(vector);
+            let rotation = small_rotation(&vector);
+            prop_assert!((rotation.norm() - 1.0).abs() < 1e-15);
+            prop_assert!((rotation * small_rotation(&-vector)).angle() < 1e-15);
+            let half = small_rotation(&(vector / 2.0));
+            prop_assert!((half * half).angle_to(&rotation) < 1e-15);
+            let moved = small_rotation(&-vector) * attitude;
+            let first_order = (Matrix3::identity() - skew(&vector)) * attitude.to_rotation_matrix().matrix();
+            let off = (moved.to_rotation_matrix().matrix() - first_order).norm();
+            prop_assert!(off <= vector.norm_squared(), "{off}");
         }
     }
 }

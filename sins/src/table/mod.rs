@@ -10,6 +10,8 @@ use crate::error::Error;
 use crate::time::Stamp;
 
 pub mod links;
+#[cfg(test)]
+mod properties;
 pub mod scheme;
 mod tolerance;
 mod trajectory;

@@ -1,12 +1,11 @@
 //! What the compensator gives to others aboard: the tree of frames, and NMEA 0183 sentences over UDP.
-#![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
 use ros2_interfaces::tf2_msgs::TFMessage;
-use suite_tests::{Program, Scene, isolated, messages};
+use suite_tests::{GUARD, Program, Scene, isolated, messages};
 
 const HEADING_DEG: f64 = 123.25;
 
@@ -15,7 +14,7 @@ fn listen(
     socket: &UdpSocket,
     done: impl Fn(&BTreeMap<String, Vec<String>>) -> bool,
 ) -> BTreeMap<String, Vec<String>> {
-    let until = Instant::now() + Duration::from_secs(60);
+    let until = Instant::now() + GUARD;
     let mut lines: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut buffer = [0; 256];
     socket
@@ -149,7 +148,7 @@ fn outputs_that_do_not_exist_are_named() {
                     .label(parameter)
                     .parameter(parameter, value),
             );
-            let status = node.wait(Duration::from_secs(20));
+            let status = node.wait();
             let log = node.log();
             assert!(!status.success(), "{parameter}: {log}");
             assert!(log.contains(parameter) && log.contains(words), "{log}");

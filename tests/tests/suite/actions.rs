@@ -1,14 +1,12 @@
 //! Actions against real rclpy, both ways: the simulator as a table, a table in rclpy for the sequencer, and the calibrator;
 //! and the suite's nodes among themselves.
-#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
-use std::time::Duration;
 
 use ros2_interfaces::control_msgs::FollowJointTrajectoryResult as Outcome;
 use rotary_sins_msgs::SchemeStatus;
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, distributions, isolated, messages, wait_until};
+use suite_tests::{Peer, Program, Scene, each_distribution, isolated, messages, wait_until};
 
 /// Of action_msgs/msg/GoalStatus.
 const UNKNOWN: i64 = 0;
@@ -18,6 +16,13 @@ const ABORTED: i64 = 6;
 /// Of action_msgs/srv/CancelGoal.
 const UNKNOWN_GOAL: i64 = 2;
 const TERMINATED: i64 = 3;
+
+each_distribution!(
+    rclpy_moves_the_simulated_table,
+    tolerances_are_kept_by_the_simulated_table,
+    the_sequencer_moves_a_table_in_rclpy,
+    rclpy_asks_for_a_calibration,
+);
 
 fn simulator(speed: &str) -> Program {
     Program::new("imu_simulator")
@@ -45,15 +50,7 @@ fn assert_end(end: &Value, status: i64, code: i32, part: &str) {
 
 /// An rclpy ActionClient moves the simulated table: success with feedback, every kind of refusal, cancels, preemption by
 /// goal and topic, results that are asked for late, ids that are unknown or used twice.
-#[test]
-fn rclpy_moves_the_simulated_table() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| move_table(python)));
-    }
-}
-
-fn move_table(python: &Path) {
+fn rclpy_moves_the_simulated_table(python: &Path) {
     let mut scene = Scene::new("action_table");
     scene.start(&simulator("4.0"));
     let ends = [
@@ -156,15 +153,7 @@ fn move_table(python: &Path) {
 }
 
 /// A joint that does not move violates the tolerance of the path or of the goal, unless the goal permits anything.
-#[test]
-fn tolerances_are_kept_by_the_simulated_table() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| violate_tolerances(python)));
-    }
-}
-
-fn violate_tolerances(python: &Path) {
+fn tolerances_are_kept_by_the_simulated_table(python: &Path) {
     let mut scene = Scene::new("action_tolerances");
     scene.start(&simulator("4.0").parameter("stuck_joint", "outer"));
     let ends = ["off_the_path", "not_there", "tolerated"]
@@ -191,15 +180,7 @@ fn violate_tolerances(python: &Path) {
 
 /// A table in rclpy: the sequencer runs its scheme by goals, pauses by a cancel and goes on; and whatever way the table
 /// fails, the scheme ends in a fault that names the action and the reason.
-#[test]
-fn the_sequencer_moves_a_table_in_rclpy() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| run_table(python)));
-    }
-}
-
-fn run_table(python: &Path) {
+fn the_sequencer_moves_a_table_in_rclpy(python: &Path) {
     let mut scene = Scene::new("action_sequencer");
     scene.start(
         &Program::new("scheme_sequencer")
@@ -260,7 +241,7 @@ fn sequencer_and_simulator_by_action() {
         let mut sequencing = scene.start_apart(&sequencer);
         let mut moving = scene.start_apart(&table);
         for arrival in 1..=2 {
-            wait_until("the table arrives", Duration::from_secs(60), || {
+            wait_until("the table arrives", || {
                 sequencing.log().matches("arrived at").count() > arrival
             });
         }
@@ -280,7 +261,7 @@ fn sequencer_and_simulator_by_action() {
         let mut sequencing = scene.start_apart(&sequencer);
         scene.start(&table.parameter("stuck_joint", "both"));
         let fault = format!("action {name}: the motion was aborted: goal tolerance violated: ");
-        sequencing.wait_for_line(&fault, Duration::from_secs(60));
+        sequencing.wait_for_line(&fault);
         sequencing.interrupt();
         scene.end();
     });
@@ -288,19 +269,7 @@ fn sequencer_and_simulator_by_action() {
 
 /// Every way in which a SelfCalibrate goal ends: refused, by its time limit with the last good calibration, by another
 /// scheme, converged, cancelled with the calibrator going on.
-#[test]
-fn rclpy_asks_for_a_calibration() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| {
-            for python in &pythons {
-                ask_for_calibration(python);
-            }
-        });
-    }
-}
-
-fn ask_for_calibration(python: &Path) {
+fn rclpy_asks_for_a_calibration(python: &Path) {
     let mut scene = Scene::new("action_calibrate");
     scene.start(
         &Program::new("self_calibrator")

@@ -1,11 +1,10 @@
 //! The groups for diagnostic_aggregator against what the nodes publish, by that package's rules.
-#![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
 use std::fs;
 
 use serde_json::Value;
-use suite_tests::{RecordedRun, isolated, repository};
+use suite_tests::{RecordedRun, repository};
 
 const GENERIC: &str = "diagnostic_aggregator/GenericAnalyzer";
 
@@ -41,43 +40,41 @@ fn takers<'a>(analyzers: &'a BTreeMap<String, Vec<String>>, status: &str) -> Vec
 /// is not so.
 #[test]
 fn every_status_has_one_group() {
-    isolated(|| {
-        let run = RecordedRun::make("aggregator");
-        let file = repository().join("launch-scripts/config/diagnostics_analyzers.yaml");
-        let yaml = fs::read_to_string(file).unwrap();
-        let groups = analyzers(&yaml);
-        assert_eq!(
-            groups.keys().collect::<Vec<_>>(),
-            [
-                "IMU stream",
-                "Middleware",
-                "Navigation",
-                "Self-calibration",
-                "Turntable"
-            ]
-        );
-        assert!(run.statuses.len() >= 14, "{:?}", run.statuses);
-        for status in run.statuses.keys() {
-            let taken = takers(&groups, status);
-            assert_eq!(taken.len(), 1, "{status} is taken by {taken:?}");
-            let (_, subject) = status.split_once(": ").unwrap();
-            let renamed = format!("ship/topics_of_the_position: {subject}");
-            assert_eq!(takers(&groups, &renamed), taken, "{renamed}");
+    let run = RecordedRun::of_the_nodes();
+    let file = repository().join("launch-scripts/config/diagnostics_analyzers.yaml");
+    let yaml = fs::read_to_string(file).unwrap();
+    let groups = analyzers(&yaml);
+    assert_eq!(
+        groups.keys().collect::<Vec<_>>(),
+        [
+            "IMU stream",
+            "Middleware",
+            "Navigation",
+            "Self-calibration",
+            "Turntable"
+        ]
+    );
+    assert!(run.statuses.len() >= 14, "{:?}", run.statuses);
+    for status in run.statuses.keys() {
+        let taken = takers(&groups, status);
+        assert_eq!(taken.len(), 1, "{status} is taken by {taken:?}");
+        let (_, subject) = status.split_once(": ").unwrap();
+        let renamed = format!("ship/topics_of_the_position: {subject}");
+        assert_eq!(takers(&groups, &renamed), taken, "{renamed}");
+    }
+    for (path, contains) in &groups {
+        for text in contains {
+            let finds = |status: &&String| status.contains(text);
+            assert!(
+                run.statuses.keys().any(|s| finds(&s)),
+                "{path}: nothing has '{text}'"
+            );
+            let fewer = analyzers(&yaml.replacen(text, "nothing", 1));
+            let lost = |status: &&String| takers(&fewer, status).is_empty();
+            assert!(
+                run.statuses.keys().any(|s| lost(&s)),
+                "{path}: '{text}' is not needed"
+            );
         }
-        for (path, contains) in &groups {
-            for text in contains {
-                let finds = |status: &&String| status.contains(text);
-                assert!(
-                    run.statuses.keys().any(|s| finds(&s)),
-                    "{path}: nothing has '{text}'"
-                );
-                let fewer = analyzers(&yaml.replacen(text, "nothing", 1));
-                let lost = |status: &&String| takers(&fewer, status).is_empty();
-                assert!(
-                    run.statuses.keys().any(|s| lost(&s)),
-                    "{path}: '{text}' is not needed"
-                );
-            }
-        }
-    });
+    }
 }

@@ -1,6 +1,5 @@
 //! `compare`, `experiment` and `observability` as a researcher runs them: their figures against the project's `expected-results`, and
 //! that a run can be repeated.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::fs;
 

@@ -1,5 +1,4 @@
 //! `colcon build` of a workspace that this repository is linked into: what it finds, and the prefix it leaves.
-#![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
 use std::fs;

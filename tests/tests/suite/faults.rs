@@ -1,5 +1,4 @@
 //! Faulty input: one clear line that names file, topic or key, the right exit status, and no panic.
-#![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

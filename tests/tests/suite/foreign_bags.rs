@@ -1,5 +1,4 @@
 //! Bags of ours in the hands of other libraries, and theirs in ours.
-#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,9 @@
 //! The four nodes together, without a bag.
-#![allow(clippy::unwrap_used)]
 
-use std::time::Duration;
-
-use rotary_sins_msgs::SchemeStatus;
-use suite_tests::{Program, Scene, estimates, isolated, messages};
+use ros_node::Qos;
+use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+use suite_tests::{Listener, Program, Scene, isolated};
 
 /// Simulated time of a run \[s\]: the first dwell, a half turn, and some of the second dwell.
 const RUN_S: f64 = 700.0;
@@ -15,38 +14,45 @@ fn simulator() -> Program {
         .parameter("speed", "100.0")
 }
 
-/// Started in reverse order, half a second apart, the four find each other and the scheme runs: the block turns, the
+/// Started in reverse order, each when the one before is there, the four find each other and the scheme runs: the block turns, the
 /// calibrator sees it, nothing is lost.
 #[test]
 fn started_in_reverse_order_the_scheme_runs() {
     isolated(|| {
         let mut scene = Scene::new("reverse_order");
-        let recording = scene.record(
-            "recording",
-            &["/scheme/status", "/self_calibration/estimate"],
-        );
+        let listener = Listener::new();
+        let statuses = listener.hear::<SchemeStatus>("/scheme/status", Qos::latched(10));
+        let estimates = listener
+            .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(10));
+        let truth = listener.hear::<Calibration>("/ground_truth/calibration", Qos::latched(1));
+        let diagnostics = listener.hear::<DiagnosticArray>("/diagnostics", Qos::reliable(100));
         for node in [
             "navigation_compensator",
             "self_calibrator",
             "scheme_sequencer",
         ] {
             scene.start(&Program::new(node));
-            std::thread::sleep(Duration::from_millis(500));
+            diagnostics.wait_for(node, |array| {
+                array.status.iter().any(|status| status.name.contains(node))
+            });
         }
         let duration = format!("{RUN_S:?}");
         let mut simulator = scene.start_apart(&simulator().parameter("duration_s", &duration));
-        let status = simulator.wait(Duration::from_secs(60));
+        let status = simulator.wait();
         assert!(status.success(), "imu_simulator: {status}");
-        std::thread::sleep(Duration::from_secs(2));
+        let start = truth.all()[0].header.stamp.nanos();
+        let last = estimates.wait_for("the estimate of the end", |estimate| {
+            (estimate.header.stamp.nanos() - start) as f64 >= (RUN_S - 2.0) * 1e9
+        });
+        statuses.wait_for("the second dwell", |status| {
+            (status.state, status.step) == (SchemeStatus::DWELLING, 1)
+        });
         scene.end();
 
-        let statuses: Vec<SchemeStatus> = messages(&recording, "/scheme/status");
-        let states: Vec<u8> = statuses.iter().map(|status| status.state).collect();
+        let states: Vec<u8> = statuses.all().iter().map(|status| status.state).collect();
         assert!(states.contains(&SchemeStatus::ROTATING), "{states:?}");
-        let last = statuses.last().unwrap();
-        assert_eq!((last.state, last.step), (SchemeStatus::DWELLING, 1));
-        let all = estimates(&recording);
-        let last = all.last().unwrap();
+        let status = statuses.all().pop().unwrap();
+        assert_eq!((status.state, status.step), (SchemeStatus::DWELLING, 1));
         assert_eq!(last.phase_name, "calibrating");
         assert_eq!((last.gaps, last.lost_samples), (0, 0));
     });
@@ -60,10 +66,10 @@ fn simulator_started_again_is_found() {
         scene.start(&Program::new("scheme_sequencer"));
         let mut calibrator = scene.start_apart(&Program::new("self_calibrator"));
         let mut first = scene.start_apart(&simulator());
-        calibrator.wait_for_line("-> fine_alignment", Duration::from_secs(60));
+        calibrator.wait_for_line("-> fine_alignment");
         first.interrupt();
         let again = scene.start_apart(&simulator().label("imu_simulator_again"));
-        calibrator.wait_for_line("-> calibrating", Duration::from_secs(60));
+        calibrator.wait_for_line("-> calibrating");
         drop(again);
         calibrator.interrupt();
         scene.end();

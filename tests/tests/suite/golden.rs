@@ -2,7 +2,6 @@
 //!
 //! A changed result fails here. Where the change is meant, `ROTARY_SINS_UPDATE_GOLDEN=1 cargo test --release -p suite_tests
 //! golden` writes the new summaries, and the commit shows what moved.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::fs;
 

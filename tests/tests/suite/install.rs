@@ -1,5 +1,4 @@
 //! The ament prefix that `launch-scripts/install.sh` lays out, asked through ROS 2's own libraries, and run from there.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::fs;
 use std::path::Path;

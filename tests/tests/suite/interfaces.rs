@@ -1,11 +1,9 @@
 //! Every message, service and action, both ways between the suite and rclpy, with no field at its default; and the hashes
 //! of the types as rosidl gives them.
-#![allow(clippy::unwrap_used)]
 
 use std::any::Any;
 use std::path::Path;
 use std::pin::Pin;
-use std::time::Duration;
 
 use ros_node::{ActionPart, GoalNews, Message, Node, NodeBuilder, Qos};
 use ros2_interfaces::control_msgs::{self, FOLLOW_JOINT_TRAJECTORY};
@@ -18,11 +16,10 @@ use rotary_sins_msgs::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use suite_tests::{Peer, assert_filled, distributions, filled, isolated};
+use suite_tests::{GUARD, Peer, assert_filled, each_distribution, filled};
 
 /// There is no wheel of its package; it is held against rosbags by the tests of the messages.
 const MISSING: &str = "tf2_msgs/msg/TFMessage";
-const LONG: Duration = Duration::from_secs(60);
 
 fn plain(message: impl Serialize) -> Value {
     serde_json::to_value(message).unwrap()
@@ -106,7 +103,7 @@ where
 
     let goal: G = book.send(&format!("{name} goal"));
     let mut goal = client
-        .send_goal(goal, LONG)
+        .send_goal(goal, GUARD)
         .await
         .unwrap()
         .expect("accepted");
@@ -139,7 +136,7 @@ where
         .respond(id, book.send(&format!("{name} response")))
         .await;
     let request = book.send(&format!("{name} request"));
-    let response = client.call(request, LONG).await.unwrap();
+    let response = client.call(request, GUARD).await.unwrap();
     book.receive(&format!("{name} response"), response);
     book
 }
@@ -197,7 +194,7 @@ async fn exchange(python: &Path) {
         (ends, received)
     };
     // What the peer says comes first: without it nothing here ends well.
-    let (answer, ends) = tokio::join!(peer, tokio::time::timeout(2 * LONG, ends));
+    let (answer, ends) = tokio::join!(peer, tokio::time::timeout(GUARD, ends));
     let answer = answer.unwrap();
     let ((follow, calibrate, set_bool, trigger), received) =
         ends.expect("both ends of actions and services");
@@ -241,16 +238,10 @@ fn compare_hashes(hashes: &Value) {
 }
 
 /// Nothing is lost or changed on the way, whoever sends, and rosidl calls every type by the hash we have for it.
-#[test]
-fn everything_goes_both_ways() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| {
-            for python in &pythons {
-                // The servers of a node live as long as its tasks.
-                let runtime = tokio::runtime::Runtime::new().unwrap();
-                runtime.block_on(exchange(python));
-            }
-        });
-    }
+fn everything_goes_both_ways(python: &Path) {
+    // The servers of a node live as long as its tasks.
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    runtime.block_on(exchange(python));
 }
+
+each_distribution!(everything_goes_both_ways);

@@ -1,6 +1,5 @@
 //! The layouts for Foxglove, PlotJuggler and RViz, and the model of the table: every topic, field and frame that they name is
 //! there in a run of the nodes.
-#![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,7 +7,7 @@ use std::fs;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 use serde_json::Value;
-use suite_tests::{RecordedRun, isolated, repository};
+use suite_tests::{RecordedRun, repository};
 
 /// What `view.launch.py` publishes beside the nodes.
 const MODEL: &str = "/robot_description";
@@ -430,80 +429,78 @@ type Case<'a> = (&'a str, Check, &'a [(&'a str, &'a str)]);
 /// The layouts have no problem; with any of these words misspelt they have one.
 #[test]
 fn what_layouts_name_is_there() {
-    isolated(|| {
-        let run = RecordedRun::make("layouts");
-        let files: [Case<'_>; 4] = [
-            (
-                "layouts/foxglove.json",
-                foxglove,
-                &[
-                    ("gyroscope_drift_std[2]", "gyroscope_drift_sdt[2]"),
-                    ("misalignment_std[2]", "misalignment_std[3]"),
-                    (
-                        "\"topicPath\": \"/scheme/status\"",
-                        "\"topicPath\": \"/sheme/status\"",
-                    ),
-                    ("\"followTf\": \"base_link\"", "\"followTf\": \"base_lnik\""),
-                    (
-                        "\"topicToRender\": \"/rosout\"",
-                        "\"topicToRender\": \"/diagnostics\"",
-                    ),
-                    (
-                        "/odometry.pose.pose.position.@norm",
-                        "/odometry.pose.pose.orientation.w.@norm",
-                    ),
-                    (
-                        "\"first\": \"Plot!position\"",
-                        "\"first\": \"Plot!nowhere\"",
-                    ),
-                ],
-            ),
-            (
-                "layouts/plotjuggler.xml",
-                plotjuggler,
-                &[
-                    ("/estimate/heading_std<", "/estimate/heading_sdt<"),
-                    ("\"/scheme/status/step\"", "\"/scheme/status/stp\""),
-                    ("/outer_joint/position", "/outer_jiont/position"),
-                    ("gyroscope_drift[2]", "gyroscope_drift[3]"),
-                ],
-            ),
-            (
-                "layouts/turntable.rviz",
-                rviz,
-                &[
-                    ("Fixed Frame: base_link", "Fixed Frame: base_lnik"),
-                    (
-                        "Value: /uncompensated/odometry",
-                        "Value: /uncompensated/fix_ins",
-                    ),
-                    ("imu_link: {}", "imu_lnik: {}"),
-                ],
-            ),
-            (
-                "urdf/turntable.urdf",
-                model,
-                &[
-                    (
-                        "rpy=\"0 0 -1.5707963267948966\"",
-                        "rpy=\"0 0 1.5707963267948966\"",
-                    ),
-                    ("axis xyz=\"0 1 0\"", "axis xyz=\"0 0 1\""),
-                    ("<material name=\"blue\"/>", "<material name=\"bleu\"/>"),
-                ],
-            ),
-        ];
-        for (file, check, misspellings) in files {
-            let good = text(file);
-            let problems = check(&good, &run);
-            assert!(problems.is_empty(), "{file}:\n{}", problems.join("\n"));
-            for (word, misspelt) in misspellings {
-                assert!(good.contains(word), "{file} has no {word}");
-                let problems = check(&good.replacen(word, misspelt, 1), &run);
-                assert!(!problems.is_empty(), "{file}: {misspelt} went through");
-            }
+    let run = RecordedRun::of_the_nodes();
+    let files: [Case<'_>; 4] = [
+        (
+            "layouts/foxglove.json",
+            foxglove,
+            &[
+                ("gyroscope_drift_std[2]", "gyroscope_drift_sdt[2]"),
+                ("misalignment_std[2]", "misalignment_std[3]"),
+                (
+                    "\"topicPath\": \"/scheme/status\"",
+                    "\"topicPath\": \"/sheme/status\"",
+                ),
+                ("\"followTf\": \"base_link\"", "\"followTf\": \"base_lnik\""),
+                (
+                    "\"topicToRender\": \"/rosout\"",
+                    "\"topicToRender\": \"/diagnostics\"",
+                ),
+                (
+                    "/odometry.pose.pose.position.@norm",
+                    "/odometry.pose.pose.orientation.w.@norm",
+                ),
+                (
+                    "\"first\": \"Plot!position\"",
+                    "\"first\": \"Plot!nowhere\"",
+                ),
+            ],
+        ),
+        (
+            "layouts/plotjuggler.xml",
+            plotjuggler,
+            &[
+                ("/estimate/heading_std<", "/estimate/heading_sdt<"),
+                ("\"/scheme/status/step\"", "\"/scheme/status/stp\""),
+                ("/outer_joint/position", "/outer_jiont/position"),
+                ("gyroscope_drift[2]", "gyroscope_drift[3]"),
+            ],
+        ),
+        (
+            "layouts/turntable.rviz",
+            rviz,
+            &[
+                ("Fixed Frame: base_link", "Fixed Frame: base_lnik"),
+                (
+                    "Value: /uncompensated/odometry",
+                    "Value: /uncompensated/fix_ins",
+                ),
+                ("imu_link: {}", "imu_lnik: {}"),
+            ],
+        ),
+        (
+            "urdf/turntable.urdf",
+            model,
+            &[
+                (
+                    "rpy=\"0 0 -1.5707963267948966\"",
+                    "rpy=\"0 0 1.5707963267948966\"",
+                ),
+                ("axis xyz=\"0 1 0\"", "axis xyz=\"0 0 1\""),
+                ("<material name=\"blue\"/>", "<material name=\"bleu\"/>"),
+            ],
+        ),
+    ];
+    for (file, check, misspellings) in files {
+        let good = text(file);
+        let problems = check(&good, &run);
+        assert!(problems.is_empty(), "{file}:\n{}", problems.join("\n"));
+        for (word, misspelt) in misspellings {
+            assert!(good.contains(word), "{file} has no {word}");
+            let problems = check(&good.replacen(word, misspelt, 1), &run);
+            assert!(!problems.is_empty(), "{file}: {misspelt} went through");
         }
-    });
+    }
 }
 
 /// Where the launch file for pictures looks for the configuration and the model, there they are.

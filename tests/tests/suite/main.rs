@@ -24,4 +24,7 @@ mod real_data;
 mod replay;
 mod report_page;
 mod ros2_peers;
+mod rosbags;
 mod run_report;
+mod samples;
+mod shared_bags;

@@ -1,5 +1,4 @@
 //! Data that this project did not make, through the command line as a user types it.
-#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 

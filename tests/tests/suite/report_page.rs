@@ -1,5 +1,4 @@
 //! The pages in a browser: nothing is missing, cut off, fetched or wider than a phone.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::fs;
 use std::path::Path;

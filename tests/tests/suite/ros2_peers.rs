@@ -1,13 +1,19 @@
 //! Real ROS 2 (rclpy with Fast DDS) beside the running nodes.
-#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, distributions, isolated, peer_python};
+use suite_tests::{Peer, Program, Scene, each_distribution, isolated, peer_python};
 
 /// Of rcl_interfaces/msg/ParameterType.
 const PARAMETER_DOUBLE: u8 = 3;
+
+each_distribution!(
+    rclpy_sees_nodes_and_reads_topics,
+    rclpy_pauses_and_resumes_the_scheme,
+    rclpy_uses_the_parameter_services,
+    rclpy_turns_the_table,
+);
 
 fn simulator() -> Program {
     Program::new("imu_simulator")
@@ -44,15 +50,7 @@ fn number(value: &Value) -> f64 {
 }
 
 /// rclpy sees all nodes in the graph, the topics with their types and QoS, and reads what they say.
-#[test]
-fn rclpy_sees_nodes_and_reads_topics() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| see_and_read(python)));
-    }
-}
-
-fn see_and_read(python: &Path) {
+fn rclpy_sees_nodes_and_reads_topics(python: &Path) {
     let mut scene = four_nodes("rclpy_sees");
     let seen = observe(
         python,
@@ -144,15 +142,7 @@ fn see_and_read(python: &Path) {
 }
 
 /// rclpy calls the services of the sequencer; what cannot be done is answered with a reason.
-#[test]
-fn rclpy_pauses_and_resumes_the_scheme() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| pause_and_resume(python)));
-    }
-}
-
-fn pause_and_resume(python: &Path) {
+fn rclpy_pauses_and_resumes_the_scheme(python: &Path) {
     let mut scene = four_nodes("rclpy_services");
     // Without joint states there is nothing to pause yet.
     observe(
@@ -178,15 +168,7 @@ fn pause_and_resume(python: &Path) {
 }
 
 /// rclpy lists, gets and describes the parameters of a node; one that is fixed at the start is not set, with a reason.
-#[test]
-fn rclpy_uses_the_parameter_services() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| use_parameters(python)));
-    }
-}
-
-fn use_parameters(python: &Path) {
+fn rclpy_uses_the_parameter_services(python: &Path) {
     let mut scene = Scene::new("rclpy_parameters");
     scene.start(&Program::new("self_calibrator").parameter("turn_deg", "12.5"));
     let answer = Peer::new(python, "parameters.py")
@@ -214,15 +196,7 @@ fn use_parameters(python: &Path) {
 }
 
 /// A JointTrajectory from rclpy turns the table.
-#[test]
-fn rclpy_turns_the_table() {
-    let pythons = distributions();
-    if !pythons.is_empty() {
-        isolated(|| pythons.iter().for_each(|python| turn_table(python)));
-    }
-}
-
-fn turn_table(python: &Path) {
+fn rclpy_turns_the_table(python: &Path) {
     let mut scene = Scene::new("rclpy_table");
     scene.start(&simulator().parameter("speed", "1.0"));
     let answer = Peer::new(python, "move_table.py")

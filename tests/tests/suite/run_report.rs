@@ -1,17 +1,19 @@
 //! The page about one run: what it says of whole bags, of damaged ones, of those without estimates and of live recordings.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
+use ros_node::Qos;
+use ros2_interfaces::sensor_msgs::NavSatFix;
+use rotary_sins_msgs::SelfCalibrationEstimate;
 use serde_json::Value;
 use suite_tests::{
-    Answer, Program, Scene, Simulation, alter_imu, copy_bag, data_file, estimates, isolated,
-    rotary_sins, scratch, vector, within_namespace, without_topic,
+    Answer, Listener, Program, Scene, Simulation, alter_imu, copy_bag, data_file, estimates,
+    isolated, rotary_sins, scratch, vector, within_namespace, without_topic,
 };
 
 const IMU: &str = "/imu/data_raw";
+const NANOS_PER_SECOND: i64 = 1_000_000_000;
 const DEG_PER_HOUR: f64 = std::f64::consts::PI / 648_000.0;
 
 /// An hour and a half of the eight-position scheme at 10 Hz, which converges after 1.2 h.
@@ -228,8 +230,21 @@ fn a_live_recording_has_the_estimates_of_the_run() {
                 "/diagnostics",
             ],
         );
-        std::thread::sleep(Duration::from_secs(1));
-        scene.finish(scene.play(&converging(), 300.0));
+        let listener = Listener::new();
+        let heard = listener
+            .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(10));
+        let solutions = listener.hear::<NavSatFix>("/uncompensated/fix_ins", Qos::reliable(100));
+        let end = rotary_sins(&["calibrate", text(&converging()), "--json"])
+            .expect_status(0)
+            .json()["stamp_ns"]
+            .as_i64()
+            .unwrap();
+        // Calibrator, compensator and recorder.
+        scene.finish(scene.play(&converging(), 300.0, 3));
+        heard.wait_for("the last estimate", |e| e.header.stamp.nanos() >= end);
+        solutions.wait_for("the last solution", |s| {
+            s.header.stamp.nanos() >= end - NANOS_PER_SECOND
+        });
         scene.end();
 
         let folder = scene.folder().to_owned();

@@ -1,19 +1,7 @@
-//! Bags that this project did not make (skipped where they are absent).
-#![allow(clippy::unwrap_used)]
-
-use std::path::PathBuf;
+//! Bags that this project did not make, as the reader of bags has them.
 
 use bags::{Bag, Sample, SensorOptions, SensorStream};
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")).join(name);
-    if path.is_file() {
-        Some(path)
-    } else {
-        println!("skipped: {} is absent", path.display());
-        None
-    }
-}
+use suite_tests::data_file;
 
 fn counts(bag: &Bag) -> ([u64; 3], i64) {
     let mut stream = SensorStream::new(bag, &SensorOptions::default()).unwrap();
@@ -44,7 +32,7 @@ fn counts(bag: &Bag) -> ([u64; 3], i64) {
 /// The independent simulation: 4 h at 10 Hz without a gap.
 #[test]
 fn eight_position() {
-    let Some(path) = shared("eight_position.mcap") else {
+    let Some(path) = data_file("eight_position.mcap") else {
         return;
     };
     let bag = Bag::open(path).unwrap();
@@ -55,7 +43,7 @@ fn eight_position() {
 /// The real record: 1847 s at 100 Hz.
 #[test]
 fn rlg_static() {
-    let Some(path) = shared("rlg_static.mcap") else {
+    let Some(path) = data_file("rlg_static.mcap") else {
         return;
     };
     let bag = Bag::open(path).unwrap();

@@ -5,7 +5,7 @@ import sys
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-here = pathlib.Path(__file__).resolve().parent.parent
+here = pathlib.Path(__file__).resolve().parents[2] / "msgs"
 files = {f"{p.parent.name}/msg/{p.stem}": p for p in here.glob("interfaces/definitions/*/*.msg")}
 files |= {f"rotary_sins_msgs/msg/{p.stem}": p for p in here.glob("msg/*.msg")}
 

@@ -1,35 +1,25 @@
-//! Other tools read what is written: the `rosbags` library, where Python has it (ROTARY_SINS_PYTHON, else python3).
-#![allow(clippy::unwrap_used)]
+//! Other tools read what is written: the `rosbags` library, and the reference library of MCAP.
 
-mod support;
+use std::path::Path;
 
-use std::process::Command;
-
-use bags::{BagWriter, Compression, NewTopic, Qos, WriteOptions};
+use bags::{BagWriter, NewTopic, Qos, WriteOptions};
 use ros2_interfaces::{
     RosMessage,
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
     geometry_msgs::{TransformStamped, TwistWithCovarianceStamped},
     nav_msgs::Odometry,
     rosgraph_msgs::Clock,
+    sensor_msgs::Imu,
     tf2_msgs::TFMessage,
     trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
 };
-use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-
-fn python() -> Option<String> {
-    let python = std::env::var("ROTARY_SINS_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let has_rosbags = Command::new(&python)
-        .args(["-c", "import rosbags"])
-        .output()
-        .is_ok_and(|o| o.status.success());
-    if has_rosbags {
-        Some(python)
-    } else {
-        println!("skipped: {python} has no rosbags");
-        None
-    }
-}
+use rotary_sins_msgs::{
+    Calibration, KNOWN_TYPES, SchemeStatus, SelfCalibrationEstimate, known_type,
+};
+use suite_tests::{
+    Answer, GOOD_SAMPLES, Program, mcap_of, messages, peer_python, repository, sample, scratch,
+    truth_of_sample,
+};
 
 fn add<M: RosMessage>(bag: &mut BagWriter, name: &str, message: &M) {
     let topic = bag
@@ -38,18 +28,14 @@ fn add<M: RosMessage>(bag: &mut BagWriter, name: &str, message: &M) {
     bag.write(topic, 1_000_000_000, message).unwrap();
 }
 
-fn run(python: &str, script: &str, path: &std::path::Path) -> String {
-    let output = Command::new(python)
-        .args(["-c", script])
-        .arg(path)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8(output.stdout).unwrap()
+fn run(python: &Path, script: &str, path: &Path) -> String {
+    let program = Program::at("python", python.to_owned())
+        .arg("-c")
+        .arg(script)
+        .arg(path);
+    Answer::from(program.command().output().unwrap())
+        .expect_status(0)
+        .stdout
 }
 
 const READ: &str = r"
@@ -67,9 +53,10 @@ with AnyReader([Path(sys.argv[1])]) as reader:
 /// the bag.
 #[test]
 fn rosbags_reads_every_type() {
-    let Some(python) = python() else { return };
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("run");
+    let Some(python) = peer_python("kilted") else {
+        return;
+    };
+    let path = scratch("every_type").join("run");
     let mut bag = BagWriter::create(&path, WriteOptions::default()).unwrap();
     let status = SchemeStatus {
         scheme: "eight-position".into(),
@@ -165,21 +152,29 @@ fn rosbags_reads_every_type() {
     }
 }
 
-/// A single file, and the numbers of an Imu.
+/// A bag that ships, with its metadata, and the numbers of every Imu.
 #[test]
-fn rosbags_reads_a_file() {
-    let Some(python) = python() else { return };
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("x.mcap");
-    support::write(&path, 300, Compression::Zstd, 10_000);
-    let text = run(&python, READ, directory.path());
-    assert_eq!(
-        text.lines()
-            .filter(|line| line.starts_with("/imu/data_raw"))
-            .count(),
-        300
-    );
-    assert!(text.contains("x=299.0"));
+fn rosbags_reads_a_sample() {
+    let Some(python) = peer_python("kilted") else {
+        return;
+    };
+    let bag = sample("elsewhere");
+    let text = run(&python, READ, &bag);
+    let lines: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("/imu/data_raw"))
+        .collect();
+    let ours: Vec<Imu> = messages(&bag, "/imu/data_raw");
+    assert_eq!(lines.len(), ours.len());
+    for (line, imu) in lines.iter().zip(&ours) {
+        let x = format!("x={:?},", imu.angular_velocity.x);
+        // Python writes an exponent of one digit with two.
+        let python = x.replace("e-", "e-0");
+        assert!(
+            line.contains(&x) || line.contains(&python),
+            "{x} is not in {line}"
+        );
+    }
 }
 
 const INFO: &str = r"
@@ -191,27 +186,41 @@ with open(sys.argv[1], 'rb') as stream:
     print([(m.name, sorted(m.metadata)) for m in reader.iter_metadata()])
 ";
 
-/// The reference library of MCAP agrees with profile, CRCs and the rosbag2 record.
+/// The reference library of MCAP agrees with profile, CRCs and the rosbag2 record of the bags that ship.
 #[test]
-fn mcap_reads_it() {
-    let Some(python) = python() else { return };
-    if !Command::new(&python)
-        .args(["-c", "import mcap"])
-        .output()
-        .unwrap()
-        .status
-        .success()
-    {
-        println!("skipped: {python} has no mcap");
+fn mcap_reads_the_samples() {
+    let Some(python) = peer_python("kilted") else {
         return;
+    };
+    for name in GOOD_SAMPLES {
+        let bag = sample(name);
+        let text = run(&python, INFO, &mcap_of(&bag));
+        let counts = truth_of_sample(name)["messages"]
+            .as_array()
+            .unwrap()
+            .clone();
+        let count: u64 = counts.iter().map(|topic| topic[1].as_u64().unwrap()).sum();
+        assert!(text.starts_with(&format!("ros2 {count}\n")), "{text}");
+        assert!(
+            text.contains("('rosbag2', ['ROS_DISTRO', 'serialized_metadata'])"),
+            "{text}"
+        );
     }
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("x.mcap");
-    support::write(&path, 300, Compression::Lz4, 10_000);
-    let text = run(&python, INFO, &path);
-    assert!(text.starts_with("ros2 603\n"), "{text}");
-    assert!(
-        text.contains("('rosbag2', ['ROS_DISTRO', 'serialized_metadata'])"),
-        "{text}"
-    );
+}
+
+/// The hash of every type is the one that another implementation computes from its definition, and the standard
+/// definitions are those of ROS 2 Jazzy.
+#[test]
+fn type_hashes_are_those_of_rosbags() {
+    let Some(python) = peer_python("kilted") else {
+        return;
+    };
+    let script = repository().join("tests/ros2_peers/type_hashes.py");
+    let program = Program::at("python", python).arg(script);
+    let answer = Answer::from(program.command().output().unwrap()).expect_status(0);
+    assert_eq!(answer.stdout.lines().count(), KNOWN_TYPES.len());
+    for line in answer.stdout.lines() {
+        let (name, hash) = line.split_once(' ').unwrap();
+        assert_eq!(known_type(name).unwrap().hash, hash, "{name}");
+    }
 }
