@@ -115,6 +115,7 @@ begin lints check_sources
 step "tests" run_tests
 step "tests of the documentation" run_documentation_tests
 step "lints and documentation" finish lints
+step "packages" tests/packages.sh
 
 say "end"
 others=0

@@ -36,3 +36,8 @@ pub use type_description::type_hash;
 #[cfg(feature = "dds")]
 #[doc(hidden)]
 pub use ros2_client;
+
+/// The examples of the page are tried.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
