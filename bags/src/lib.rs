@@ -7,7 +7,7 @@
 //! Payloads are CDR; [`cdr`] reads and writes them, [`samples`] turns those of the sensors into samples directly.
 
 mod bag;
-pub mod cdr;
+pub use ros2_interfaces::cdr;
 mod chunk;
 mod error;
 mod index;

@@ -4,7 +4,8 @@
 //! Whatever does not look as usual takes the way through [`crate::cdr`] and the message, which is the way of the nodes;
 //! both give the same sample, or the same error.
 
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState};
+use ros2_interfaces::sensor_msgs::{Imu, JointState};
+use rotary_sins_msgs::convert::FromMessage;
 use sins::{
     sensor::sample::ImuSample,
     table::{JOINT_NAMES, JointSample},
@@ -22,7 +23,7 @@ pub fn imu(payload: &[u8]) -> Result<ImuSample, String> {
         return Ok(sample);
     }
     let message: Imu = cdr::decode(payload)?;
-    ImuSample::try_from(&message).map_err(|error| error.to_string())
+    ImuSample::from_message(&message).map_err(|error| error.to_string())
 }
 
 /// The sample of a `sensor_msgs/msg/JointState` payload.
@@ -34,7 +35,7 @@ pub fn joints(payload: &[u8]) -> Result<JointSample, String> {
         return Ok(sample);
     }
     let message: JointState = cdr::decode(payload)?;
-    JointSample::try_from(&message).map_err(|error| error.to_string())
+    JointSample::from_message(&message).map_err(|error| error.to_string())
 }
 
 /// Walks over little-endian CDR. Places count from behind the encapsulation.
@@ -155,9 +156,11 @@ fn joints_in_place(payload: &[u8]) -> Option<JointSample> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use rotary_sins_msgs::convert::ToMessage;
+
     use super::*;
     use proptest::prelude::*;
-    use rotary_sins_msgs::{RosMessage, builtin_interfaces::Time};
+    use ros2_interfaces::{RosMessage, builtin_interfaces::Time};
 
     fn payload<M: RosMessage>(message: &M) -> Vec<u8> {
         let mut payload = Vec::new();
@@ -180,14 +183,14 @@ mod tests {
 
     fn imu_both_ways(payload: &[u8]) -> (String, String) {
         let long = through_message(payload, |m: &Imu| {
-            ImuSample::try_from(m).map_err(|e| e.to_string())
+            ImuSample::from_message(m).map_err(|e| e.to_string())
         });
         (text(&imu(payload)), text(&long))
     }
 
     fn joints_both_ways(payload: &[u8]) -> (String, String) {
         let long = through_message(payload, |m: &JointState| {
-            JointSample::try_from(m).map_err(|e| e.to_string())
+            JointSample::from_message(m).map_err(|e| e.to_string())
         });
         (text(&joints(payload)), text(&long))
     }
@@ -256,7 +259,7 @@ mod tests {
         /// Damaged payloads give the same result on both ways, and no panic.
         #[test]
         fn damage_is_treated_alike(cut in 0usize..400, at in 0usize..400, flip in 1u8..) {
-            let joint_state = JointState::from(&JointSample { stamp: Stamp::from_nanos(5), position: [1.0, 2.0], velocity: [3.0, 4.0] });
+            let joint_state = ToMessage::<JointState>::to_message(&JointSample { stamp: Stamp::from_nanos(5), position: [1.0, 2.0], velocity: [3.0, 4.0] });
             for (payload, both) in [
                 (payload(&numbered_imu("imu_link")), imu_both_ways as fn(&[u8]) -> (String, String)),
                 (payload(&joint_state), joints_both_ways),

@@ -1,10 +1,11 @@
 //! The sensors of a bag as one stream of samples in the order of log time.
 
-use rotary_sins_msgs::{
+use ros2_interfaces::{
     RosMessage,
     geometry_msgs::TwistWithCovarianceStamped,
     sensor_msgs::{Imu, JointState, NavSatFix},
 };
+use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time, velocity_from_twist};
 use sins::{
     earth::Position, estimation::filter::VelocityMeasurement, sensor::sample::ImuSample,
     table::JointSample, time::Stamp,
@@ -206,16 +207,16 @@ impl<'b> SensorStream<'b> {
 fn velocity(payload: &[u8]) -> Result<Sample, String> {
     let message: TwistWithCovarianceStamped = cdr::decode(payload)?;
     Ok(Sample::Velocity(
-        message.header.stamp.into(),
-        message.velocity_measurement(),
+        stamp_from_time(message.header.stamp),
+        velocity_from_twist(&message),
     ))
 }
 
 fn fix(payload: &[u8]) -> Result<Fix, String> {
     let message: NavSatFix = cdr::decode(payload)?;
     Ok(Fix {
-        stamp: message.header.stamp.into(),
-        position: message.position(),
+        stamp: stamp_from_time(message.header.stamp),
+        position: position_from_fix(&message),
     })
 }
 

@@ -8,7 +8,8 @@ use std::{
 };
 
 use mcap::records::{MessageHeader, Metadata as MetadataRecord};
-use rotary_sins_msgs::{RosMessage, known_type};
+use ros2_interfaces::RosMessage;
+use rotary_sins_msgs::known_type;
 
 use crate::{
     cdr,

@@ -215,7 +215,7 @@ fn zeros_at_the_end() {
 #[test]
 fn a_bad_message_is_named() {
     use bags::{BagWriter, NewTopic, Qos, WriteOptions};
-    use rotary_sins_msgs::sensor_msgs::Imu;
+    use ros2_interfaces::sensor_msgs::Imu;
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("x.mcap");
     let mut bag = BagWriter::create(&path, WriteOptions::default()).unwrap();

@@ -6,8 +6,8 @@ mod support;
 use std::process::Command;
 
 use bags::{BagWriter, Compression, NewTopic, Qos, WriteOptions};
-use rotary_sins_msgs::{
-    Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
+use ros2_interfaces::{
+    RosMessage,
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
     geometry_msgs::{TransformStamped, TwistWithCovarianceStamped},
     nav_msgs::Odometry,
@@ -15,6 +15,7 @@ use rotary_sins_msgs::{
     tf2_msgs::TFMessage,
     trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
 };
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 
 fn python() -> Option<String> {
     let python = std::env::var("ROTARY_SINS_PYTHON").unwrap_or_else(|_| "python3".to_owned());

@@ -9,7 +9,8 @@ use bags::{
     Bag, BagWriter, Compression, Error, NewTopic, Qos, Sample, Selection, SensorOptions,
     SensorStream, WriteOptions,
 };
-use rotary_sins_msgs::{known_type, sensor_msgs::Imu, std_msgs};
+use ros2_interfaces::{sensor_msgs::Imu, std_msgs};
+use rotary_sins_msgs::known_type;
 use support::{START, read, read_all, write};
 
 const FIRST: u64 = START.unsigned_abs();

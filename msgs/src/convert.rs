@@ -1,6 +1,13 @@
 //! Messages to samples and back: the one function that both the DDS path and the bag path use.
 
-use nalgebra::{Quaternion as RawQuaternion, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{SMatrix, Vector3};
+use ros2_interfaces::{
+    builtin_interfaces::{Duration, Time},
+    geometry_msgs::TwistWithCovarianceStamped,
+    sensor_msgs::{Imu, JointState, NavSatFix, NavSatStatus},
+    std_msgs::Header,
+    trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
+};
 use sins::{
     earth::Position,
     estimation::filter::VelocityMeasurement,
@@ -9,13 +16,22 @@ use sins::{
     time::{NANOS_PER_SECOND, Stamp},
 };
 
-use crate::{
-    builtin_interfaces::{Duration, Time},
-    geometry_msgs::{self, TwistWithCovarianceStamped},
-    sensor_msgs::{Imu, JointState, NavSatFix, NavSatStatus},
-    std_msgs::Header,
-    trajectory_msgs::{JointTrajectory, JointTrajectoryPoint},
-};
+/// What the mathematics makes of a message. (Both ends are types of other crates, so that `From` cannot stand here.)
+pub trait FromMessage<Message>: Sized {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// Why it cannot be used.
+    fn from_message(message: &Message) -> Result<Self, ConvertError>;
+}
+
+/// What the mathematics has to say as a message.
+pub trait ToMessage<Message> {
+    /// Makes the message.
+    fn to_message(&self) -> Message;
+}
+
+pub use crate::convert_simulation::odometry_of_block;
 
 /// Why a message cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -63,71 +79,35 @@ pub fn row_major<const N: usize, const M: usize>(matrix: &SMatrix<f64, N, N>) ->
     std::array::from_fn(|index| matrix[(index / N, index % N)])
 }
 
-impl From<Time> for Stamp {
-    fn from(time: Time) -> Self {
-        Self::from_sec_nanosec(time.sec, time.nanosec)
-    }
-}
-
-impl From<Stamp> for Time {
-    fn from(stamp: Stamp) -> Self {
-        let (sec, nanosec) = stamp.sec_nanosec();
-        Self { sec, nanosec }
-    }
-}
-
-impl Header {
-    /// A header from a stamp and a frame.
-    pub fn new(stamp: Stamp, frame_id: impl Into<String>) -> Self {
-        Self {
-            stamp: stamp.into(),
-            frame_id: frame_id.into(),
+impl FromMessage<Time> for Stamp {
+    /// # Errors
+    /// [`ConvertError::Stamp`].
+    fn from_message(time: &Time) -> Result<Self, ConvertError> {
+        let nanosec = time.nanosec;
+        if i64::from(nanosec) < NANOS_PER_SECOND {
+            Ok(stamp_from_time(*time))
+        } else {
+            Err(ConvertError::Stamp { nanosec })
         }
     }
 }
 
-impl From<geometry_msgs::Vector3> for Vector3<f64> {
-    fn from(v: geometry_msgs::Vector3) -> Self {
-        Self::new(v.x, v.y, v.z)
+impl ToMessage<Time> for Stamp {
+    fn to_message(&self) -> Time {
+        Time::from_nanos(self.nanos())
     }
 }
 
-impl From<Vector3<f64>> for geometry_msgs::Vector3 {
-    fn from(v: Vector3<f64>) -> Self {
-        Self {
-            x: v.x,
-            y: v.y,
-            z: v.z,
-        }
-    }
+/// A stamp as it is, also where its nanoseconds make more than a second.
+pub const fn stamp_from_time(time: Time) -> Stamp {
+    Stamp::from_nanos(time.nanos())
 }
 
-impl From<UnitQuaternion<f64>> for geometry_msgs::Quaternion {
-    fn from(q: UnitQuaternion<f64>) -> Self {
-        Self {
-            x: q.i,
-            y: q.j,
-            z: q.k,
-            w: q.w,
-        }
-    }
-}
-
-impl geometry_msgs::Quaternion {
-    /// As a rotation, normalised; `None` where it is zero or not finite.
-    pub fn rotation(&self) -> Option<UnitQuaternion<f64>> {
-        let raw = RawQuaternion::new(self.w, self.x, self.y, self.z);
-        let norm = raw.norm();
-        (norm.is_finite() && norm > 0.0).then(|| UnitQuaternion::new_unchecked(raw / norm))
-    }
-}
-
-fn stamp_of(header: &Header) -> Result<Stamp, ConvertError> {
-    let nanosec = header.stamp.nanosec;
-    if i64::from(nanosec) < NANOS_PER_SECOND {
-        Ok(header.stamp.into())
-    } else {
-        Err(ConvertError::Stamp { nanosec })
+/// A header from a stamp and a frame.
+pub fn header(stamp: Stamp, frame_id: impl Into<String>) -> Header {
+    Header {
+        stamp: stamp.to_message(),
+        frame_id: frame_id.into(),
     }
 }
 
@@ -136,13 +116,11 @@ fn diagonal(covariance: &[f64; 9]) -> Vector3<f64> {
     Vector3::new(covariance[0], covariance[4], covariance[8])
 }
 
-impl TryFrom<&Imu> for ImuSample {
-    type Error = ConvertError;
-
+impl FromMessage<Imu> for ImuSample {
     /// Stamp, rates and forces as they are; variances from the diagonals. The orientation is not used.
-    fn try_from(imu: &Imu) -> Result<Self, ConvertError> {
+    fn from_message(imu: &Imu) -> Result<Self, ConvertError> {
         Ok(Self {
-            stamp: stamp_of(&imu.header)?,
+            stamp: Stamp::from_message(&imu.header.stamp)?,
             angular_rate: imu.angular_velocity.into(),
             specific_force: imu.linear_acceleration.into(),
             angular_rate_variance: diagonal(&imu.angular_velocity_covariance),
@@ -151,31 +129,27 @@ impl TryFrom<&Imu> for ImuSample {
     }
 }
 
-impl Imu {
-    /// The message of a sample, in the frame of the sensor block, without an orientation.
-    pub fn from_sample(sample: &ImuSample, frame_id: impl Into<String>) -> Self {
-        let mut imu = Self {
-            header: Header::new(sample.stamp, frame_id),
-            angular_velocity: sample.angular_rate.into(),
-            linear_acceleration: sample.specific_force.into(),
-            ..Self::default()
-        };
-        imu.orientation_covariance[0] = -1.0;
-        for axis in 0..3 {
-            imu.angular_velocity_covariance[4 * axis] = sample.angular_rate_variance[axis];
-            imu.linear_acceleration_covariance[4 * axis] = sample.specific_force_variance[axis];
-        }
-        imu
+/// The message of a sample, in the frame of the sensor block, without an orientation.
+pub fn imu_from_sample(sample: &ImuSample, frame_id: impl Into<String>) -> Imu {
+    let mut imu = Imu {
+        header: header(sample.stamp, frame_id),
+        angular_velocity: sample.angular_rate.into(),
+        linear_acceleration: sample.specific_force.into(),
+        ..Imu::default()
+    };
+    imu.orientation_covariance[0] = -1.0;
+    for axis in 0..3 {
+        imu.angular_velocity_covariance[4 * axis] = sample.angular_rate_variance[axis];
+        imu.linear_acceleration_covariance[4 * axis] = sample.specific_force_variance[axis];
     }
+    imu
 }
 
-impl TryFrom<&JointState> for JointSample {
-    type Error = ConvertError;
-
+impl FromMessage<JointState> for JointSample {
     /// Both joints by name, in whatever order they come. Velocities that were not measured (an empty array) are zero.
-    fn try_from(joints: &JointState) -> Result<Self, ConvertError> {
+    fn from_message(joints: &JointState) -> Result<Self, ConvertError> {
         let mut sample = Self {
-            stamp: stamp_of(&joints.header)?,
+            stamp: Stamp::from_message(&joints.header.stamp)?,
             position: [0.0; 2],
             velocity: [0.0; 2],
         };
@@ -211,53 +185,44 @@ impl TryFrom<&JointState> for JointSample {
     }
 }
 
-impl From<&JointSample> for JointState {
+impl ToMessage<JointState> for JointSample {
     /// Both joints, outer first.
-    fn from(sample: &JointSample) -> Self {
-        Self {
-            header: Header {
-                stamp: sample.stamp.into(),
-                frame_id: String::new(),
-            },
+    fn to_message(&self) -> JointState {
+        JointState {
+            header: header(self.stamp, ""),
             name: JOINT_NAMES.map(str::to_owned).to_vec(),
-            position: sample.position.to_vec(),
-            velocity: sample.velocity.to_vec(),
+            position: self.position.to_vec(),
+            velocity: self.velocity.to_vec(),
             effort: Vec::new(),
         }
     }
 }
 
-impl NavSatFix {
-    /// The position in radians and metres; `None` where the receiver had none (a status below `STATUS_FIX`, or not a number).
-    pub fn position(&self) -> Option<Position> {
-        let fix = Position {
-            latitude_rad: self.latitude.to_radians(),
-            longitude_rad: self.longitude.to_radians(),
-            height_m: self.altitude,
-        };
-        let is_finite = fix.latitude_rad.is_finite()
-            && fix.longitude_rad.is_finite()
-            && fix.height_m.is_finite();
-        (is_finite && self.status.status >= NavSatStatus::STATUS_FIX).then_some(fix)
+/// The position in radians and metres; `None` where the receiver had none (a status below `STATUS_FIX`, or not a number).
+pub fn position_from_fix(fix: &NavSatFix) -> Option<Position> {
+    let position = Position {
+        latitude_rad: fix.latitude.to_radians(),
+        longitude_rad: fix.longitude.to_radians(),
+        height_m: fix.altitude,
+    };
+    let is_finite = position.latitude_rad.is_finite()
+        && position.longitude_rad.is_finite()
+        && position.height_m.is_finite();
+    (is_finite && fix.status.status >= NavSatStatus::STATUS_FIX).then_some(position)
+}
+
+/// Velocity over ground, East and North, with its one-sigma from the covariance.
+pub fn velocity_from_twist(message: &TwistWithCovarianceStamped) -> VelocityMeasurement {
+    let twist = &message.twist;
+    VelocityMeasurement {
+        east_north: [twist.twist.linear.x, twist.twist.linear.y],
+        sigma: [twist.covariance[0].sqrt(), twist.covariance[7].sqrt()],
     }
 }
 
-impl TwistWithCovarianceStamped {
-    /// Velocity over ground, East and North, with its one-sigma from the covariance.
-    pub fn velocity_measurement(&self) -> VelocityMeasurement {
-        let twist = &self.twist;
-        VelocityMeasurement {
-            east_north: [twist.twist.linear.x, twist.twist.linear.y],
-            sigma: [twist.covariance[0].sqrt(), twist.covariance[7].sqrt()],
-        }
-    }
-}
-
-impl TryFrom<&JointTrajectory> for Trajectory {
-    type Error = ConvertError;
-
+impl FromMessage<JointTrajectory> for Trajectory {
     /// Both joints by name, in whatever order they come. A trajectory without points stops the table, whatever its names.
-    fn try_from(message: &JointTrajectory) -> Result<Self, ConvertError> {
+    fn from_message(message: &JointTrajectory) -> Result<Self, ConvertError> {
         if message.points.is_empty() {
             return Ok(Self::default());
         }
@@ -313,13 +278,13 @@ fn point_of(
     })
 }
 
-impl From<&Trajectory> for JointTrajectory {
+impl ToMessage<JointTrajectory> for Trajectory {
     /// Both joints, outer first; starts on arrival.
-    fn from(trajectory: &Trajectory) -> Self {
-        Self {
+    fn to_message(&self) -> JointTrajectory {
+        JointTrajectory {
             header: Header::default(),
             joint_names: JOINT_NAMES.map(str::to_owned).to_vec(),
-            points: trajectory
+            points: self
                 .points
                 .iter()
                 .map(|point| JointTrajectoryPoint {
@@ -351,7 +316,7 @@ mod tests {
     fn joints_in_any_order() {
         let message = joints(&["inner_joint", "wheel", "outer_joint"], &[1.0, 2.0, 3.0]);
         assert_eq!(
-            JointSample::try_from(&message).unwrap().position,
+            JointSample::from_message(&message).unwrap().position,
             [3.0, 1.0]
         );
     }
@@ -359,7 +324,8 @@ mod tests {
     /// The error names the joint that is missing and those that are there.
     #[test]
     fn a_missing_joint_is_named() {
-        let error = JointSample::try_from(&joints(&["outer_joint", "x"], &[0.0, 0.0])).unwrap_err();
+        let error =
+            JointSample::from_message(&joints(&["outer_joint", "x"], &[0.0, 0.0])).unwrap_err();
         assert_eq!(
             error.to_string(),
             "joint inner_joint is missing, the message has outer_joint, x"
@@ -369,8 +335,8 @@ mod tests {
     /// A name without a position is an error, not a zero.
     #[test]
     fn a_missing_position_is_an_error() {
-        let error =
-            JointSample::try_from(&joints(&["outer_joint", "inner_joint"], &[0.0])).unwrap_err();
+        let error = JointSample::from_message(&joints(&["outer_joint", "inner_joint"], &[0.0]))
+            .unwrap_err();
         assert_eq!(
             error,
             ConvertError::MissingValue {
@@ -390,9 +356,9 @@ mod tests {
             angular_rate_variance: Vector3::new(1e-12, 2e-12, 3e-12),
             specific_force_variance: Vector3::new(1e-6, 2e-6, 3e-6),
         };
-        let imu = Imu::from_sample(&sample, "imu_link");
+        let imu = imu_from_sample(&sample, "imu_link");
         assert_eq!(imu.orientation_covariance[0], -1.0);
-        assert_eq!(ImuSample::try_from(&imu).unwrap(), sample);
+        assert_eq!(ImuSample::from_message(&imu).unwrap(), sample);
     }
 
     /// A trajectory survives the way through its message, negative times included.
@@ -407,7 +373,7 @@ mod tests {
             points: vec![point(-1), point(1_500_000_000)],
         };
         assert_eq!(
-            Trajectory::try_from(&JointTrajectory::from(&trajectory)).unwrap(),
+            Trajectory::from_message(&trajectory.to_message()).unwrap(),
             trajectory
         );
     }

@@ -1,78 +1,75 @@
 //! What the simulation and the sequencer say, as messages: the one function that both the nodes and simulated bags use.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
+use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use sins::sensor::errors::SensorErrors;
 use sins::simulation::{PositionFix, ShipState, VelocityFix};
 use sins::table::scheme::sequencer::{Command, State, Status};
 use sins::time::Stamp;
 
-use crate::convert::row_major;
-use crate::geometry_msgs::TwistWithCovarianceStamped;
-use crate::nav_msgs::Odometry;
-use crate::sensor_msgs::{NavSatFix, NavSatStatus};
-use crate::std_msgs::Header;
-use crate::trajectory_msgs::JointTrajectory;
+use crate::convert::{ToMessage, header, row_major};
 use crate::{Calibration, SchemeStatus};
 
 /// Ours is a local East-North-Up frame.
 const MAP: &str = "map";
 const IMU_LINK: &str = "imu_link";
 
-impl From<&PositionFix> for NavSatFix {
-    fn from(fix: &PositionFix) -> Self {
-        let mut message = Self {
-            header: Header::new(fix.stamp, "base_link"),
+impl ToMessage<NavSatFix> for PositionFix {
+    fn to_message(&self) -> NavSatFix {
+        let mut message = NavSatFix {
+            header: header(self.stamp, "base_link"),
             status: NavSatStatus {
                 status: NavSatStatus::STATUS_FIX,
                 service: NavSatStatus::SERVICE_GPS,
             },
-            latitude: fix.latitude_rad.to_degrees(),
-            longitude: fix.longitude_rad.to_degrees(),
-            altitude: fix.height_m,
-            position_covariance_type: Self::COVARIANCE_TYPE_DIAGONAL_KNOWN,
-            ..Self::default()
+            latitude: self.latitude_rad.to_degrees(),
+            longitude: self.longitude_rad.to_degrees(),
+            altitude: self.height_m,
+            position_covariance_type: NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN,
+            ..NavSatFix::default()
         };
         for axis in 0..3 {
-            message.position_covariance[4 * axis] = fix.variance_m2[axis];
+            message.position_covariance[4 * axis] = self.variance_m2[axis];
         }
         message
     }
 }
 
-impl From<&VelocityFix> for TwistWithCovarianceStamped {
+impl ToMessage<TwistWithCovarianceStamped> for VelocityFix {
     /// East, North, Up; nothing is said of the angular rate (variance −1).
-    fn from(fix: &VelocityFix) -> Self {
-        let mut message = Self {
-            header: Header::new(fix.stamp, MAP),
-            ..Self::default()
+    fn to_message(&self) -> TwistWithCovarianceStamped {
+        let mut message = TwistWithCovarianceStamped {
+            header: header(self.stamp, MAP),
+            ..TwistWithCovarianceStamped::default()
         };
-        message.twist.twist.linear = fix.velocity.into();
+        message.twist.twist.linear = self.velocity.into();
         for axis in 0..3 {
-            message.twist.covariance[7 * axis] = fix.variance[axis];
+            message.twist.covariance[7 * axis] = self.variance[axis];
             message.twist.covariance[7 * (axis + 3)] = -1.0;
         }
         message
     }
 }
 
-impl Odometry {
-    /// The true pose of the sensor block, East-North-Up from where the ship rests, its velocity and its rate in its own axes.
-    pub fn of_block(
-        stamp: Stamp,
-        attitude: UnitQuaternion<f64>,
-        velocity: Vector3<f64>,
-        rate: Vector3<f64>,
-    ) -> Self {
-        let mut message = Self {
-            header: Header::new(stamp, MAP),
-            child_frame_id: IMU_LINK.to_owned(),
-            ..Self::default()
-        };
-        message.pose.pose.orientation = attitude.into();
-        message.twist.twist.linear = (attitude.inverse() * velocity).into();
-        message.twist.twist.angular = rate.into();
-        message
-    }
+/// The true pose of the sensor block, East-North-Up from where the ship rests, its velocity and its rate in its own axes.
+pub fn odometry_of_block(
+    stamp: Stamp,
+    attitude: UnitQuaternion<f64>,
+    velocity: Vector3<f64>,
+    rate: Vector3<f64>,
+) -> Odometry {
+    let mut message = Odometry {
+        header: header(stamp, MAP),
+        child_frame_id: IMU_LINK.to_owned(),
+        ..Odometry::default()
+    };
+    message.pose.pose.orientation = attitude.into();
+    message.twist.twist.linear = (attitude.inverse() * velocity).into();
+    message.twist.twist.angular = rate.into();
+    message
 }
 
 impl Calibration {
@@ -84,7 +81,7 @@ impl Calibration {
         ship: &ShipState,
     ) -> Self {
         Self {
-            header: Header::new(stamp, IMU_LINK),
+            header: header(stamp, IMU_LINK),
             valid: true,
             converged: true,
             gyroscope_drift: errors.gyroscope_drift.into(),
@@ -101,51 +98,54 @@ impl Calibration {
     }
 }
 
-impl From<&Command> for JointTrajectory {
+impl ToMessage<JointTrajectory> for Command {
     /// Stamp zero where the motion starts at once.
-    fn from(command: &Command) -> Self {
-        let mut message = Self::from(&command.trajectory);
-        if let Some(start) = command.start {
-            message.header.stamp = start.into();
+    fn to_message(&self) -> JointTrajectory {
+        let mut message: JointTrajectory = self.trajectory.to_message();
+        if let Some(start) = self.start {
+            message.header.stamp = start.to_message();
         }
         message
     }
 }
 
-impl From<&Status> for SchemeStatus {
-    fn from(status: &Status) -> Self {
-        let rotation = status.rotation;
-        Self {
-            header: Header::new(status.stamp, ""),
-            scheme: status.scheme.clone(),
-            state: match status.state {
-                State::Idle => Self::IDLE,
-                State::WaitingForTable => Self::WAITING_FOR_TABLE,
-                State::Dwelling => Self::DWELLING,
-                State::Rotating => Self::ROTATING,
-                State::Paused => Self::PAUSED,
-                State::Aborted => Self::ABORTED,
-                State::Finished => Self::FINISHED,
-                State::Fault => Self::FAULT,
+impl ToMessage<SchemeStatus> for Status {
+    fn to_message(&self) -> SchemeStatus {
+        let rotation = self.rotation;
+        SchemeStatus {
+            header: header(self.stamp, ""),
+            scheme: self.scheme.clone(),
+            state: match self.state {
+                State::Idle => SchemeStatus::IDLE,
+                State::WaitingForTable => SchemeStatus::WAITING_FOR_TABLE,
+                State::Dwelling => SchemeStatus::DWELLING,
+                State::Rotating => SchemeStatus::ROTATING,
+                State::Paused => SchemeStatus::PAUSED,
+                State::Aborted => SchemeStatus::ABORTED,
+                State::Finished => SchemeStatus::FINISHED,
+                State::Fault => SchemeStatus::FAULT,
             },
-            cycle: status.cycle,
-            step: status.step,
-            steps_per_cycle: status.steps_per_cycle,
-            position: status.position.clone(),
+            cycle: self.cycle,
+            step: self.step,
+            steps_per_cycle: self.steps_per_cycle,
+            position: self.position.clone(),
             rotation_joint: rotation.map_or_else(String::new, |r| r.joint.name().to_owned()),
             rotation_axis: rotation.map_or_else(String::new, |r| r.axis.to_string()),
             rotation_angle_rad: rotation.map_or(0.0, |r| r.angle_rad),
-            elapsed: status.elapsed_s,
-            remaining: status.remaining_s.unwrap_or(-1.0),
-            target: status.target,
-            message: status.message.clone(),
+            elapsed: self.elapsed_s,
+            remaining: self.remaining_s.unwrap_or(-1.0),
+            target: self.target,
+            message: self.message.clone(),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use ros2_interfaces::std_msgs::Header;
+
     use super::*;
+    use crate::convert::velocity_from_twist;
 
     /// A fix keeps its place in degrees and its variance on the diagonal.
     #[test]
@@ -157,7 +157,7 @@ mod tests {
             height_m: 3.0,
             variance_m2: Vector3::new(1.0, 2.0, 4.0),
         };
-        let message = NavSatFix::from(&fix);
+        let message: NavSatFix = fix.to_message();
         assert!((message.latitude - 28.647_889_756_541_16).abs() < 1e-12);
         assert_eq!(
             message.position_covariance,
@@ -174,9 +174,9 @@ mod tests {
             velocity: Vector3::new(1.0, 2.0, 3.0),
             variance: Vector3::repeat(1e-4),
         };
-        let message = TwistWithCovarianceStamped::from(&fix);
-        assert_eq!(message.velocity_measurement().east_north, [1.0, 2.0]);
-        assert!((message.velocity_measurement().sigma[1] - 0.01).abs() < 1e-15);
+        let message = fix.to_message();
+        assert_eq!(velocity_from_twist(&message).east_north, [1.0, 2.0]);
+        assert!((velocity_from_twist(&message).sigma[1] - 0.01).abs() < 1e-15);
         assert_eq!(message.twist.covariance[35], -1.0);
     }
 
@@ -187,8 +187,8 @@ mod tests {
             start: Some(Stamp::from_nanos(7)),
             trajectory: sins::table::Trajectory::default(),
         };
-        assert_eq!(JointTrajectory::from(&command).header.stamp.nanosec, 7);
+        assert_eq!(command.to_message().header.stamp.nanosec, 7);
         command.start = None;
-        assert_eq!(JointTrajectory::from(&command).header, Header::default());
+        assert_eq!(command.to_message().header, Header::default());
     }
 }

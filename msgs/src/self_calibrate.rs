@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::std_msgs::Header;
-use crate::{Calibration, action_part, ros_message};
+use ros2_interfaces::std_msgs::Header;
+use ros2_interfaces::{action_part, ros_message};
+
+use crate::Calibration;
 
 /// What is asked of a calibration. Action ~/self_calibrate of the calibrator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

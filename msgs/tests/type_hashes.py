@@ -6,7 +6,7 @@ import sys
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 here = pathlib.Path(__file__).resolve().parent.parent
-files = {f"{p.parent.name}/msg/{p.stem}": p for p in here.glob("definitions/*/*.msg")}
+files = {f"{p.parent.name}/msg/{p.stem}": p for p in here.glob("interfaces/definitions/*/*.msg")}
 files |= {f"rotary_sins_msgs/msg/{p.stem}": p for p in here.glob("msg/*.msg")}
 
 store = get_typestore(Stores.EMPTY)

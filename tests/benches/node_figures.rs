@@ -9,11 +9,12 @@ use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use ros_node::{Node, NodeBuilder, Publisher, Qos};
-use rotary_sins_msgs::builtin_interfaces::Time;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::{Calibration, RosMessage};
+use ros2_interfaces::RosMessage;
+use ros2_interfaces::builtin_interfaces::Time;
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::Calibration;
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::JoinHandle;

@@ -87,7 +87,7 @@ for module in $name.action, $name.msg:
 
 # The definitions that control_msgs is built from stand with those of the other standard messages.
 gather_control_msgs() {
-    local folder=$1 definitions=$messages/definitions/control_msgs
+    local folder=$1 definitions=$messages/interfaces/definitions/control_msgs
     rm -rf "$folder"
     mkdir -p "$folder/msg" "$folder/action"
     cp "$here/control_msgs/CMakeLists.txt" "$here/control_msgs/package.xml" "$folder/"

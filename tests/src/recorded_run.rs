@@ -6,10 +6,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use bags::{Bag, Selection, cdr};
-use rotary_sins_msgs::diagnostic_msgs::DiagnosticArray;
-use rotary_sins_msgs::geometry_msgs::TransformStamped;
-use rotary_sins_msgs::tf2_msgs::TFMessage;
-use rotary_sins_msgs::{RosMessage, with_known_types};
+use ros2_interfaces::RosMessage;
+use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
+use ros2_interfaces::geometry_msgs::TransformStamped;
+use ros2_interfaces::tf2_msgs::TFMessage;
+use rotary_sins_msgs::with_known_types;
 use serde_json::Value;
 
 use crate::process::Program;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use bags::{Bag, BagWriter, NewTopic, Selection, WriteOptions, cdr};
-use rotary_sins_msgs::sensor_msgs::Imu;
-use rotary_sins_msgs::{RosMessage, SelfCalibrationEstimate};
+use ros2_interfaces::RosMessage;
+use ros2_interfaces::sensor_msgs::Imu;
+use rotary_sins_msgs::SelfCalibrationEstimate;
 
 /// All messages of one topic, in the order of the bag. A damaged bag is a failure.
 pub fn messages<M: RosMessage>(bag: &Path, topic: &str) -> Vec<M> {

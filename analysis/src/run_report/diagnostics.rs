@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use rotary_sins_msgs::convert::stamp_from_time;
 use sins::time::Stamp;
 
 /// Different diagnostics that are kept.
@@ -36,7 +37,7 @@ impl Diagnostics {
     pub fn take(&mut self, array: &DiagnosticArray) {
         for status in &array.status {
             if status.level != DiagnosticStatus::OK {
-                self.take_status(array.header.stamp.into(), status);
+                self.take_status(stamp_from_time(array.header.stamp), status);
             }
         }
     }

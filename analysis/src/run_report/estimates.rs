@@ -1,6 +1,7 @@
 //! What is kept of the estimates, be they recorded or made from the samples.
 
 use rotary_sins_msgs::SelfCalibrationEstimate;
+use rotary_sins_msgs::convert::stamp_from_time;
 use sins::{
     earth::rotation::HeadingPitchRoll,
     machines::self_calibration::{Estimate, Phase},
@@ -70,7 +71,7 @@ impl From<&SelfCalibrationEstimate> for Point {
             roll,
         };
         Self {
-            stamp: message.header.stamp.into(),
+            stamp: stamp_from_time(message.header.stamp),
             drift: [message.gyroscope_drift, message.gyroscope_drift_std],
             bias: [message.accelerometer_bias, message.accelerometer_bias_std],
             misalignment_sigma: message.misalignment_std,

@@ -1,10 +1,11 @@
 //! One pass over the bag: everything that the page needs, and no more memory for a longer run.
 
 use bags::{Bag, RawMessage, Sample, Selection, cdr};
-use rotary_sins_msgs::{
-    Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
-    diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
+use ros2_interfaces::{
+    RosMessage, diagnostic_msgs::DiagnosticArray, nav_msgs::Odometry, sensor_msgs::NavSatFix,
 };
+use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time};
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::{earth::Position, time::Stamp};
 
 use super::{
@@ -283,7 +284,7 @@ impl Gathering<'_> {
         match role {
             Role::Estimate => {
                 let estimate: SelfCalibrationEstimate = cdr::decode(message.data)?;
-                let stamp: Stamp = estimate.header.stamp.into();
+                let stamp: Stamp = stamp_from_time(estimate.header.stamp);
                 run.history.take_phase(stamp, estimate.phase);
                 // Before the filter runs there are no numbers.
                 if !estimate.state.is_empty() {
@@ -316,13 +317,13 @@ impl Gathering<'_> {
                 let place = &pose.pose.pose.position;
                 let place = [place.x, place.y, place.z];
                 if let Some(attitude) = pose.pose.pose.orientation.rotation() {
-                    let stamp = pose.header.stamp.into();
+                    let stamp = stamp_from_time(pose.header.stamp);
                     run.truth.take_pose(stamp, attitude, place);
                 }
             }
             Role::Odometry(which) => {
                 let pose: Odometry = cdr::decode(message.data)?;
-                let stamp: Stamp = pose.header.stamp.into();
+                let stamp: Stamp = stamp_from_time(pose.header.stamp);
                 let place = &pose.pose.pose.position;
                 if let Some((then, truth)) = run.truth.place()
                     && then.nanos().abs_diff(stamp.nanos()) < POSITION_AGE_NS
@@ -333,14 +334,17 @@ impl Gathering<'_> {
             }
             Role::Fix(which) => {
                 let fix: NavSatFix = cdr::decode(message.data)?;
-                if let (Some(truth), Some(place)) = (&run.truth.calibration, fix.position()) {
+                if let (Some(truth), Some(place)) =
+                    (&run.truth.calibration, position_from_fix(&fix))
+                {
                     let origin = Position {
                         latitude_rad: truth.latitude_deg.to_radians(),
                         longitude_rad: truth.longitude_deg.to_radians(),
                         height_m: truth.height_m,
                     };
                     let offset = origin.offset_m(&place);
-                    run.fixes[which].push(fix.header.stamp.into(), offset.x.hypot(offset.y));
+                    run.fixes[which]
+                        .push(stamp_from_time(fix.header.stamp), offset.x.hypot(offset.y));
                 }
             }
         }

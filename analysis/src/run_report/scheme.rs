@@ -1,6 +1,7 @@
 //! The steps of the rotation scheme, as the sequencer told them.
 
 use rotary_sins_msgs::SchemeStatus;
+use rotary_sins_msgs::convert::stamp_from_time;
 use sins::time::Stamp;
 
 /// Steps and events that are kept.
@@ -51,7 +52,7 @@ pub struct Scheme {
 impl Scheme {
     /// Takes a status.
     pub fn take(&mut self, status: &SchemeStatus) {
-        let stamp: Stamp = status.header.stamp.into();
+        let stamp: Stamp = stamp_from_time(status.header.stamp);
         if self.name != status.scheme && !status.scheme.is_empty() {
             self.name.clone_from(&status.scheme);
         }
@@ -128,7 +129,7 @@ impl Scheme {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rotary_sins_msgs::std_msgs::Header;
+    use rotary_sins_msgs::convert::header;
     use sins::time::NANOS_PER_SECOND;
 
     fn at(seconds: i64) -> Stamp {
@@ -137,7 +138,7 @@ mod tests {
 
     fn status(seconds: i64, state: u8, step: u32) -> SchemeStatus {
         SchemeStatus {
-            header: Header::new(at(seconds), ""),
+            header: header(at(seconds), ""),
             scheme: "short".to_owned(),
             state,
             step,

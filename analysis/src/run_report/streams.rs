@@ -1,7 +1,8 @@
 //! How the messages of each topic come: rate, gaps, first and last.
 
 use bags::{RawMessage, Topic};
-use rotary_sins_msgs::{KnownType, known_type};
+use ros2_interfaces::KnownType;
+use rotary_sins_msgs::known_type;
 use sins::{
     stream::sampling::{Interval, SampleClock},
     time::Stamp,

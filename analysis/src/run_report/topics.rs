@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use bags::{Bag, Error, SensorOptions, SensorTopics};
-use rotary_sins_msgs::{
-    Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate,
+use ros2_interfaces::{
+    RosMessage,
     diagnostic_msgs::DiagnosticArray,
     nav_msgs::Odometry,
     sensor_msgs::{Imu, JointState, NavSatFix},
 };
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 
 /// What a message is to the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::UnitQuaternion;
 use rotary_sins_msgs::Calibration;
+use rotary_sins_msgs::convert::stamp_from_time;
 use sins::{earth::rotation::HeadingPitchRoll, table::Turntable, time::Stamp};
 
 use super::thin::{POINTS, Thinned};
@@ -71,7 +72,7 @@ impl Truth {
             && let Some(truth) = &self.calibration
         {
             // The truth is latched: it may come behind the readings of its time.
-            let known = Stamp::from(truth.header.stamp);
+            let known = stamp_from_time(truth.header.stamp);
             let distance = |reading: &&(Stamp, [f64; 2])| reading.0.nanos().abs_diff(known.nanos());
             let nearest = self.joints.iter().min_by_key(distance);
             self.first_joints = nearest

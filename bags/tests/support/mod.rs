@@ -10,10 +10,8 @@ use std::path::Path;
 use bags::{
     Bag, BagSummary, BagWriter, Compression, NewTopic, Qos, Selection, Warning, WriteOptions,
 };
-use rotary_sins_msgs::{
-    sensor_msgs::{Imu, JointState, NavSatFix},
-    std_msgs::Header,
-};
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::convert::{ToMessage, header};
 use sins::{Stamp, table::JointSample};
 
 /// Start of the bags \[ns\].
@@ -45,7 +43,7 @@ pub fn write(path: &Path, count: u64, compression: Compression, chunk_bytes: u64
         let stamp = Stamp::from_nanos(START).plus_nanos(i64::try_from(i).unwrap() * 10_000_000);
         let time = u64::try_from(stamp.nanos()).unwrap();
         let mut message = Imu {
-            header: Header::new(stamp, "imu_link"),
+            header: header(stamp, "imu_link"),
             ..Imu::default()
         };
         message.angular_velocity.x = i as f64;
@@ -56,9 +54,10 @@ pub fn write(path: &Path, count: u64, compression: Compression, chunk_bytes: u64
             position: [i as f64, -1.0],
             velocity: [0.0; 2],
         };
-        bag.write(joints, time, &JointState::from(&sample)).unwrap();
+        bag.write(joints, time, &ToMessage::<JointState>::to_message(&sample))
+            .unwrap();
         if i % 100 == 0 {
-            let header = Header::new(stamp, "gnss");
+            let header = header(stamp, "gnss");
             let message = NavSatFix {
                 header,
                 latitude: 45.0,

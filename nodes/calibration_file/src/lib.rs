@@ -2,16 +2,21 @@
 //!
 //! The section `si` holds the numbers to the last bit. Those in field units say the same; where a person changed one of
 //! them, the file is refused, for it would say two things. A file without `si` is taken from its field units.
+//!
+//! States are found by their names. A file may hold more of them, or fewer, than this program knows: more are left aside, and
+//! of one that is missing nothing is known (its variance is zero, as in a file without `si`).
 
 use std::{fs, path::Path};
 
-use anyhow::{Context, bail, ensure};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use anyhow::{Context, ensure};
+use nalgebra::{DMatrix, Quaternion, SMatrix, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use sins::earth::Position;
 use sins::{
     Stamp,
-    estimation::error_state::{BIAS, DRIFT, STATE_NAMES, STATES, StateMatrix},
+    estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+    estimation::model::{Model, Paper},
+    estimation::state::NamedCovariance,
     machines::self_calibration::{Calibration, Phase},
     sensor::errors::SensorErrors,
     units::{DEG_PER_HOUR, MICRO_G},
@@ -70,8 +75,8 @@ pub fn write(path: &Path, calibration: &Calibration, source: &str) -> anyhow::Re
 
 fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
     let errors = &calibration.errors;
-    let sigma = calibration.sigma();
-    let sigma = |start: usize| sigma.fixed_rows::<3>(start).into_owned();
+    let covariance = Paper::named(&calibration.covariance)?;
+    let sigma = |names| covariance.sigma3(names).unwrap_or_default();
     let q = calibration.attitude;
     let file = CalibrationFile {
         source: source.to_owned(),
@@ -80,9 +85,9 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
         samples: calibration.samples,
         gaps: calibration.gaps,
         gyroscope_drift_deg_per_hour: (errors.gyroscope_drift / DEG_PER_HOUR).into(),
-        gyroscope_drift_std_deg_per_hour: (sigma(DRIFT) / DEG_PER_HOUR).into(),
+        gyroscope_drift_std_deg_per_hour: (sigma(&GYROSCOPE_DRIFT) / DEG_PER_HOUR).into(),
         accelerometer_bias_ug: (errors.accelerometer_bias / MICRO_G).into(),
-        accelerometer_bias_std_ug: (sigma(BIAS) / MICRO_G).into(),
+        accelerometer_bias_std_ug: (sigma(&ACCELEROMETER_BIAS) / MICRO_G).into(),
         latitude_deg: calibration.position.latitude_rad.to_degrees(),
         longitude_deg: calibration.position.longitude_rad.to_degrees(),
         height_m: calibration.position.height_m,
@@ -94,9 +99,9 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
             accelerometer_matrix: errors.accelerometer_matrix.transpose().into(),
             latitude_rad: calibration.position.latitude_rad,
             longitude_rad: calibration.position.longitude_rad,
-            state_names: STATE_NAMES.map(str::to_owned).to_vec(),
-            covariance: calibration
-                .covariance
+            state_names: covariance.names().iter().map(ToString::to_string).collect(),
+            covariance: covariance
+                .matrix()
                 .row_iter()
                 .map(|row| row.iter().copied().collect())
                 .collect(),
@@ -130,6 +135,20 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         "attitude_xyzw has the norm {}, expected 1",
         raw.norm()
     );
+    let stds = [
+        (
+            GYROSCOPE_DRIFT,
+            file.gyroscope_drift_std_deg_per_hour,
+            DEG_PER_HOUR,
+        ),
+        (ACCELEROMETER_BIAS, file.accelerometer_bias_std_ug, MICRO_G),
+    ];
+    let sigmas = stds.iter().flat_map(|(names, std, unit)| {
+        names
+            .iter()
+            .copied()
+            .zip(std.iter().map(move |value| value * unit))
+    });
     let mut calibration = Calibration {
         stamp: Stamp::from_nanos(file.stamp_ns),
         phase: file.phase,
@@ -140,19 +159,10 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
             longitude_rad: file.longitude_deg.to_radians(),
             height_m: file.height_m,
         },
-        covariance: StateMatrix::zeros(),
+        covariance: Paper::arranged(&NamedCovariance::from_sigmas(sigmas)?, &SMatrix::zeros()),
         samples: file.samples,
         gaps: file.gaps,
     };
-    let stds = [
-        (DRIFT, file.gyroscope_drift_std_deg_per_hour, DEG_PER_HOUR),
-        (BIAS, file.accelerometer_bias_std_ug, MICRO_G),
-    ];
-    for (start, std, unit) in stds {
-        for (axis, std) in std.into_iter().enumerate() {
-            calibration.covariance[(start + axis, start + axis)] = (std * unit).powi(2);
-        }
-    }
     if let Some(si) = file.si {
         agree(
             "gyroscope_drift_deg_per_hour",
@@ -181,18 +191,15 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         };
         calibration.position.latitude_rad = si.latitude_rad;
         calibration.position.longitude_rad = si.longitude_rad;
-        if si.state_names != STATE_NAMES {
-            bail!(
-                "si.state_names is {}, expected {}",
-                si.state_names.join(", "),
-                STATE_NAMES.join(", ")
-            );
-        }
+        let count = si.state_names.len();
         ensure!(
-            si.covariance.len() == STATES && si.covariance.iter().all(|row| row.len() == STATES),
-            "si.covariance is not {STATES} rows of {STATES}"
+            si.covariance.len() == count && si.covariance.iter().all(|row| row.len() == count),
+            "si.covariance is not {count} rows of {count}, as many as si.state_names"
         );
-        calibration.covariance = StateMatrix::from_fn(|row, column| si.covariance[row][column]);
+        let names = si.state_names.into_iter().map(Into::into).collect();
+        let matrix = DMatrix::from_fn(count, count, |row, column| si.covariance[row][column]);
+        let covariance = NamedCovariance::new(names, matrix).context("si.covariance")?;
+        calibration.covariance = Paper::arranged(&covariance, &SMatrix::zeros());
     }
     Ok(calibration)
 }
@@ -227,7 +234,7 @@ mod tests {
                 longitude_rad: 2.210_8,
                 height_m: 0.1,
             },
-            covariance: StateMatrix::from_fn(|i, j| 1e-12 / (1 + i + j) as f64),
+            covariance: SMatrix::from_fn(|i, j| 1e-12 / (1 + i + j) as f64),
             samples: 1_440_000,
             gaps: 0,
         }
@@ -265,8 +272,48 @@ mod tests {
         file.gyroscope_drift_std_deg_per_hour = [0.001; 3];
         let calibration = calibration(file).unwrap();
         assert!((calibration.errors.gyroscope_drift.x - 0.01 * DEG_PER_HOUR).abs() < 1e-22);
+        let covariance = Paper::named(&calibration.covariance).unwrap();
+        let sigma = covariance.sigma(GYROSCOPE_DRIFT[0]).unwrap();
+        assert!((sigma / DEG_PER_HOUR - 0.001).abs() < 1e-15);
+    }
+
+    /// A file of tomorrow, with more states and in another order, is read for what is known here; one with fewer is read for
+    /// what it has. A covariance that is none is refused by its name.
+    #[test]
+    fn more_and_fewer_states() {
+        let example = example();
+        let whole = Paper::named(&example.covariance).unwrap();
+        let si = |names: &[&str]| {
+            let mut file: CalibrationFile =
+                serde_saphyr::from_str(&text(&example, "x").unwrap()).unwrap();
+            let si = file.si.as_mut().unwrap();
+            si.state_names = names.iter().map(ToString::to_string).collect();
+            let element = |a: &str, b: &str| whole.covariance(a, b).unwrap_or(0.0);
+            si.covariance = names
+                .iter()
+                .map(|a| names.iter().map(|b| element(a, b)).collect())
+                .collect();
+            file
+        };
+        let mut more: Vec<&str> = whole.names().iter().map(AsRef::as_ref).collect();
+        more.insert(3, "accelerometer_quadratic_x_per_m_s2");
+        more.reverse();
+        assert_eq!(calibration(si(&more)).unwrap(), example);
+
+        let fewer = calibration(si(&GYROSCOPE_DRIFT)).unwrap();
+        let named = Paper::named(&fewer.covariance).unwrap();
+        assert_eq!(
+            named.sigma3(&GYROSCOPE_DRIFT),
+            whole.sigma3(&GYROSCOPE_DRIFT)
+        );
+        assert_eq!(named.sigma3(&ACCELEROMETER_BIAS), Some(Vector3::zeros()));
+
+        let mut broken = si(&more);
+        broken.si.as_mut().unwrap().covariance[0][0] = -1.0;
+        let error = format!("{:#}", calibration(broken).unwrap_err());
         assert!(
-            (calibration.covariance[(DRIFT, DRIFT)].sqrt() / DEG_PER_HOUR - 0.001).abs() < 1e-15
+            error.contains("si.covariance: variance of gyroscope_drift_z_rad_s"),
+            "{error}"
         );
     }
 

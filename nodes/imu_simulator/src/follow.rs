@@ -4,13 +4,12 @@
 //! accepted and aborted at once, for a rejection carries no reason.
 
 use ros_node::{ActionServer, GoalHandle, Node};
-use rotary_sins_msgs::control_msgs::{
+use ros2_interfaces::control_msgs::{
     FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryFeedback as Feedback,
     FollowJointTrajectoryGoal as Goal, FollowJointTrajectoryResult as Outcome, JointTolerance,
 };
-use rotary_sins_msgs::convert::ConvertError;
-use rotary_sins_msgs::std_msgs::Header;
-use rotary_sins_msgs::trajectory_msgs::JointTrajectoryPoint;
+use ros2_interfaces::trajectory_msgs::JointTrajectoryPoint;
+use rotary_sins_msgs::convert::{ConvertError, FromMessage, header, stamp_from_time};
 use sins::simulation::Simulator;
 use sins::table::{self, JOINT_NAMES, JointState, Trajectory, violation};
 use sins::time::{Stamp, seconds_to_nanos};
@@ -186,7 +185,7 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
             "the table has no joints of several degrees of freedom".to_owned(),
         ));
     }
-    let trajectory = Trajectory::try_from(&goal.trajectory).map_err(|error| {
+    let trajectory = Trajectory::from_message(&goal.trajectory).map_err(|error| {
         let code = match error {
             ConvertError::UnknownJoint { .. } | ConvertError::MissingJoint { .. } => {
                 Outcome::INVALID_JOINTS
@@ -201,7 +200,7 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
     trajectory
         .validate(f64::INFINITY)
         .map_err(|error| invalid(error.to_string()))?;
-    let stamp = Stamp::from(goal.trajectory.header.stamp);
+    let stamp = stamp_from_time(goal.trajectory.header.stamp);
     let start = (stamp != Stamp::default()).then_some(stamp);
     let ends = start.map(|start| start.plus_nanos(trajectory.duration_nanos()));
     if let Some(late_s) = ends.map(|end| now.seconds_since(end)).filter(|s| *s > 0.0) {
@@ -260,7 +259,7 @@ fn tolerances(
 }
 
 fn feedback(now: Stamp, from_start: i64, desired: &JointState, actual: &JointState) -> Feedback {
-    use rotary_sins_msgs::builtin_interfaces::Duration;
+    use ros2_interfaces::builtin_interfaces::Duration;
     let point = |position: [f64; 2], velocity: [f64; 2]| JointTrajectoryPoint {
         positions: position.to_vec(),
         velocities: velocity.to_vec(),
@@ -269,7 +268,7 @@ fn feedback(now: Stamp, from_start: i64, desired: &JointState, actual: &JointSta
     };
     let difference = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
     Feedback {
-        header: Header::new(now, ""),
+        header: header(now, ""),
         joint_names: JOINT_NAMES.map(str::to_owned).to_vec(),
         desired: point(desired.position, desired.velocity),
         actual: point(actual.position, actual.velocity),
@@ -285,8 +284,8 @@ fn feedback(now: Stamp, from_start: i64, desired: &JointState, actual: &JointSta
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use rotary_sins_msgs::builtin_interfaces::Duration;
-    use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
+    use ros2_interfaces::builtin_interfaces::Duration;
+    use rotary_sins_msgs::convert::ToMessage;
     use sins::table::Joint;
 
     const NOW: Stamp = Stamp::from_nanos(1_000_000_000_000);
@@ -294,7 +293,7 @@ mod tests {
     fn goal() -> Goal {
         let turn = Trajectory::trapezoid(Joint::Outer, [0.0; 2], 1.0, 0.1, 0.1).unwrap();
         Goal {
-            trajectory: JointTrajectory::from(&turn),
+            trajectory: turn.to_message(),
             ..Goal::default()
         }
     }
@@ -338,7 +337,7 @@ mod tests {
                 "times grow",
             ),
             (
-                |goal| goal.trajectory.header.stamp = NOW.plus_seconds(-100.0).into(),
+                |goal| goal.trajectory.header.stamp = NOW.plus_seconds(-100.0).to_message(),
                 Outcome::OLD_HEADER_TIMESTAMP,
                 "over 89.000 s ago",
             ),
@@ -366,7 +365,7 @@ mod tests {
         };
         goal.goal_tolerance = vec![tolerance("inner_joint", -1.0, 0.02)];
         goal.path_tolerance = vec![tolerance("outer_joint", 0.3, 0.0)];
-        goal.trajectory.header.stamp = NOW.plus_seconds(-5.0).into();
+        goal.trajectory.header.stamp = NOW.plus_seconds(-5.0).to_message();
         goal.goal_time_tolerance = Duration::from_nanos(2_500_000_000);
         let wanted = wanted(&goal, NOW).unwrap();
         assert_eq!(wanted.start, Some(NOW.plus_seconds(-5.0)));

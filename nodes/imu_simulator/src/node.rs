@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use ros_node::{Level, Node, Qos, Report, Subscription};
-use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
+use ros2_interfaces::trajectory_msgs::JointTrajectory;
+use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
 use sins::simulation::Simulator;
 use sins::table::Trajectory;
 use sins::time::{Stamp, seconds_to_nanos};
@@ -167,11 +168,11 @@ fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &Simu
         tracing::warn!("{TRAJECTORY}: refused: {reason}");
         false
     };
-    let trajectory = match Trajectory::try_from(message) {
+    let trajectory = match Trajectory::from_message(message) {
         Ok(trajectory) => trajectory,
         Err(error) => return refuse(error.to_string()),
     };
-    let stamp = Stamp::from(message.header.stamp);
+    let stamp = stamp_from_time(message.header.stamp);
     let wanted = (stamp != Stamp::default()).then_some(stamp);
     match simulator.command(wanted, &trajectory) {
         Ok(_) if trajectory.points.is_empty() => tracing::info!("{TRAJECTORY}: stop"),

@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use ros_node::{Node, Publisher, Qos};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::rosgraph_msgs::Clock;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::Calibration;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::rosgraph_msgs::Clock;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::convert::{ToMessage, imu_from_sample, odometry_of_block};
 use sins::simulation::{Simulator, Tick};
 use sins::table::JointSample;
 use sins::time::Stamp;
@@ -142,20 +143,20 @@ impl Outputs {
 
     /// Everything of one sampling interval.
     pub async fn publish(&mut self, tick: &Tick, simulator: &Simulator) {
-        let imu = Imu::from_sample(&tick.imu, "imu_link");
+        let imu = imu_from_sample(&tick.imu, "imu_link");
         let delivered = self.imu.publish_within(imu, self.imu_patience.now()).await;
         self.imu_patience.learn(delivered);
         if let Some(joints) = &tick.joints {
             self.publish_joints(joints).await;
         }
         if let (Some(publisher), Some(velocity)) = (&self.velocity, &tick.velocity) {
-            publisher.publish_if_heard(|| velocity.into());
+            publisher.publish_if_heard(|| velocity.to_message());
         }
         if let Some(position) = &tick.position {
-            self.fix.publish(position.into());
+            self.fix.publish(position.to_message());
             self.odometry.publish_if_heard(|| {
                 let plant = simulator.plant();
-                Odometry::of_block(
+                odometry_of_block(
                     tick.truth.stamp,
                     plant.attitude(),
                     plant.ship().velocity,
@@ -167,13 +168,15 @@ impl Outputs {
 
     /// Tells the simulated time.
     pub fn publish_clock(&self, now: Stamp) {
-        self.clock.publish_if_heard(|| Clock { clock: now.into() });
+        self.clock.publish_if_heard(|| Clock {
+            clock: now.to_message(),
+        });
     }
 
     async fn publish_joints(&mut self, joints: &JointSample) {
         let delivered = self
             .joints
-            .publish_within(joints.into(), self.joints_patience.now())
+            .publish_within(joints.to_message(), self.joints_patience.now())
             .await;
         self.joints_patience.learn(delivered);
     }

@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use imu_input::samples_report;
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::tf2_msgs::TFMessage;
 use rotary_sins_msgs::Calibration;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::tf2_msgs::TFMessage;
+use rotary_sins_msgs::convert::{FromMessage, position_from_fix, stamp_from_time};
 use ship_sentences::Motion;
 use sins::earth::Position;
 use sins::machines::navigator::{Navigator, NavigatorOutput, NavigatorPhase, Solution};
@@ -159,7 +160,7 @@ impl Compensator {
     /// A position of the ship. The first one is the origin of the local frame.
     pub fn fix(&mut self, fix: &NavSatFix) {
         self.inputs.fix.arrived(1);
-        let Some(position) = fix.position() else {
+        let Some(position) = position_from_fix(fix) else {
             self.inputs.fix.refuse(
                 "no fix",
                 format!(
@@ -182,7 +183,7 @@ impl Compensator {
     pub fn calibration(&mut self, message: &Calibration) {
         self.inputs.calibration.arrived(1);
         let ahead_s = self.navigated.map_or(0.0, |navigated| {
-            Stamp::from(message.header.stamp).seconds_since(navigated)
+            stamp_from_time(message.header.stamp).seconds_since(navigated)
         });
         if ahead_s > 0.0 && ahead_s <= self.settings.navigator.history_s {
             self.early = Some(message.clone());
@@ -225,7 +226,7 @@ impl Compensator {
     /// A reading of the joints. Samples that waited for it go on.
     pub fn joints(&mut self, message: &JointState, publish: &mut impl FnMut(Output)) {
         self.inputs.joints.arrived(1);
-        match JointSample::try_from(message) {
+        match JointSample::from_message(message) {
             Ok(sample) => self.order.push_joints(sample),
             Err(error) => self.inputs.joints.refuse("other joints", error),
         }
@@ -240,7 +241,7 @@ impl Compensator {
     /// A sample; it goes on when its joint state is there.
     pub fn imu(&mut self, imu: &Imu, publish: &mut impl FnMut(Output)) {
         self.inputs.imu.arrived(1);
-        match ImuSample::try_from(imu) {
+        match ImuSample::from_message(imu) {
             Ok(sample) => {
                 self.imu_stamps.ingest(sample.stamp.nanos());
                 if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
@@ -295,7 +296,7 @@ impl Compensator {
             }
         };
         self.navigated = Some(sample.stamp);
-        let is_due = |early: &mut Calibration| Stamp::from(early.header.stamp) <= sample.stamp;
+        let is_due = |early: &mut Calibration| stamp_from_time(early.header.stamp) <= sample.stamp;
         if let Some(calibration) = self.early.take_if(is_due) {
             self.take_calibration(&calibration);
         }

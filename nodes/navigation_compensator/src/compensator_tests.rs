@@ -1,8 +1,11 @@
 #![allow(clippy::unwrap_used)]
 use nalgebra::{UnitQuaternion, Vector3};
-use rotary_sins_msgs::sensor_msgs::NavSatStatus;
+use ros2_interfaces::sensor_msgs::NavSatStatus;
+use rotary_sins_msgs::convert::{ToMessage, imu_from_sample, stamp_from_time};
 use sins::earth::LocalEarth;
 use sins::estimation::error_state::{STATE_NAMES, STATES};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::model::{Model, Paper};
 
 use super::*;
 use crate::parameters::NodeSettings;
@@ -36,7 +39,7 @@ fn sample(number: i64) -> Imu {
         angular_rate_variance: Vector3::repeat(1e-13),
         specific_force_variance: Vector3::repeat(1e-7),
     };
-    Imu::from_sample(&sample, "imu_link")
+    imu_from_sample(&sample, "imu_link")
 }
 
 fn calibration(number: i64) -> Calibration {
@@ -111,11 +114,11 @@ fn the_end_leaves_no_sample_behind() {
     feed(&mut compensator, 0..10);
     compensator.calibration(&calibration(5));
     let joints = JointSample {
-        stamp: sample(9).header.stamp.into(),
+        stamp: stamp_from_time(sample(9).header.stamp),
         position: [0.0; 2],
         velocity: [0.0; 2],
     };
-    compensator.joints(&(&joints).into(), &mut |_| {});
+    compensator.joints(&joints.to_message(), &mut |_| {});
     assert!(feed(&mut compensator, 10..15).is_empty());
     let mut outputs = Vec::new();
     compensator.flush(&mut |output| outputs.push(output));
@@ -154,6 +157,42 @@ fn unusable_calibrations_are_refused() {
     });
     assert_eq!(compensator.inputs.calibration.refused(), 2);
     assert_eq!(compensator.phase, NavigatorPhase::WaitingForCalibration);
+}
+
+/// A calibration of tomorrow, with more states in another order, is taken for what is known here, and one with fewer for what
+/// it has; one whose covariance is none is not.
+#[test]
+fn states_are_found_by_name() {
+    let of = |names: &[&str], variances: &[f64]| {
+        let count = names.len();
+        let mut covariance = vec![0.0; count * count];
+        for (state, variance) in variances.iter().enumerate() {
+            covariance[state * count + state] = *variance;
+        }
+        super::translation::calibration(&Calibration {
+            state_names: names.iter().map(ToString::to_string).collect(),
+            covariance,
+            ..calibration(5)
+        })
+    };
+    let sigma = |calibration: sins::machines::self_calibration::Calibration, name: &str| {
+        Paper::named(&calibration.covariance)
+            .unwrap()
+            .sigma(name)
+            .unwrap()
+    };
+    let (drift, bias) = (GYROSCOPE_DRIFT[2], ACCELEROMETER_BIAS[0]);
+    let mut more = STATE_NAMES.to_vec();
+    more.push("gyroscope_scale_factor_x");
+    more.reverse();
+    let variances: Vec<f64> = (0..14).map(f64::from).collect();
+    let read = of(&more, &variances).unwrap();
+    assert_eq!(sigma(read.clone(), drift), 1.0);
+    assert_eq!(sigma(read, bias), 6f64.sqrt());
+    let read = of(&[drift], &[4.0]).unwrap();
+    assert_eq!((sigma(read.clone(), drift), sigma(read, bias)), (2.0, 0.0));
+    let error = of(&[drift, bias], &[4.0, f64::NAN]).unwrap_err();
+    assert!(error.contains(bias), "{error}");
 }
 
 /// A fix that is none does not become the origin.

@@ -4,11 +4,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ros_node::{Node, Publisher, Qos, Report, Subscription};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::tf2_msgs::TFMessage;
 use rotary_sins_msgs::Calibration;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::tf2_msgs::TFMessage;
 
 use crate::compensator::{Compensator, Output, SolutionMessages, topic};
 use crate::instruments::Instruments;

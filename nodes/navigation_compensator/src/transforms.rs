@@ -1,8 +1,8 @@
 //! Transforms of `/tf` and `/tf_static`: earth → map → odom → base_link → the table's links → the block.
 
-use rotary_sins_msgs::geometry_msgs::TransformStamped;
-use rotary_sins_msgs::std_msgs::Header;
-use rotary_sins_msgs::tf2_msgs::TFMessage;
+use ros2_interfaces::geometry_msgs::TransformStamped;
+use ros2_interfaces::tf2_msgs::TFMessage;
+use rotary_sins_msgs::convert::header;
 use sins::Stamp;
 use sins::earth::Position;
 use sins::earth::frames::{Frame, map_in_earth};
@@ -16,7 +16,7 @@ const INNER_LINK: &str = "turntable_inner_link";
 
 fn transform(stamp: Stamp, parent: &str, child: &str, frame: &Frame) -> TransformStamped {
     let mut message = TransformStamped {
-        header: Header::new(stamp, parent),
+        header: header(stamp, parent),
         child_frame_id: child.to_owned(),
         ..TransformStamped::default()
     };

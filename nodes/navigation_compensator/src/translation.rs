@@ -1,15 +1,18 @@
 //! Calibration messages to calibrations; solutions to messages.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
-use rotary_sins_msgs::convert::row_major;
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
-use rotary_sins_msgs::std_msgs::Header;
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
+use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_time};
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
-use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, STATES, StateMatrix};
+use sins::estimation::error_state::{self, StateMatrix};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::MISALIGNMENT;
+use sins::estimation::model::{Model, Paper};
+use sins::estimation::state::NamedCovariance;
 use sins::machines::navigator::Solution;
 use sins::machines::odometry::{UNKNOWN_VARIANCE, VehicleMotion, pose_covariance};
 use sins::machines::self_calibration::{Calibration, Phase};
@@ -42,7 +45,7 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
         ));
     }
     Ok(Calibration {
-        stamp: message.header.stamp.into(),
+        stamp: stamp_from_time(message.header.stamp),
         phase: phase(message.phase)?,
         errors: SensorErrors {
             gyroscope_drift: message.gyroscope_drift.into(),
@@ -78,37 +81,51 @@ fn phase(number: u8) -> Result<Phase, String> {
     })
 }
 
+/// The covariance in the order of the states here. States are found by name: more than are known here are left aside, and of
+/// one that is missing nothing is known (variance zero).
 fn covariance(message: &CalibrationMessage) -> Result<StateMatrix, String> {
     if message.covariance.is_empty() {
-        let mut matrix = StateMatrix::zeros();
-        let attitude = Matrix3::from_row_slice(&message.attitude_covariance);
-        matrix
-            .fixed_view_mut::<3, 3>(MISALIGNMENT, MISALIGNMENT)
-            .copy_from(&attitude);
-        for (start, std) in [
-            (BIAS, message.accelerometer_bias_std),
-            (DRIFT, message.gyroscope_drift_std),
-        ] {
-            for axis in 0..3 {
-                matrix[(start + axis, start + axis)] = std[axis].max(0.0).powi(2);
-            }
-        }
-        return Ok(matrix);
+        return from_sigmas(message).map_err(|error| error.to_string());
     }
-    if message.covariance.len() != STATES * STATES || message.state_names != STATE_NAMES {
+    let count = message.state_names.len();
+    if message.covariance.len() != count * count {
         return Err(format!(
-            "covariance has {} elements over states {:?}, expected {} over {STATE_NAMES:?}",
+            "covariance has {} elements over states {:?}, expected {}",
             message.covariance.len(),
             message.state_names,
-            STATES * STATES
+            count * count
         ));
     }
-    let matrix = StateMatrix::from_row_slice(&message.covariance);
-    if matrix.iter().all(|value| value.is_finite()) {
-        Ok(matrix)
-    } else {
-        Err("covariance holds numbers that are not finite".to_owned())
-    }
+    let names = message
+        .state_names
+        .iter()
+        .cloned()
+        .map(Into::into)
+        .collect();
+    let matrix = DMatrix::from_row_slice(count, count, &message.covariance);
+    let named = NamedCovariance::new(names, matrix).map_err(|error| error.to_string())?;
+    Ok(Paper::arranged(&named, &StateMatrix::zeros()))
+}
+
+/// Of a message that carries standard deviations and the attitude's covariance only.
+fn from_sigmas(message: &CalibrationMessage) -> Result<StateMatrix, sins::Error> {
+    let stds = [
+        (ACCELEROMETER_BIAS, message.accelerometer_bias_std),
+        (GYROSCOPE_DRIFT, message.gyroscope_drift_std),
+    ];
+    // A standard deviation that is not known is -1.
+    let known = stds.iter().flat_map(|(names, std)| {
+        names.iter().copied().zip(
+            std.iter()
+                .map(|sigma| if *sigma < 0.0 { 0.0 } else { *sigma }),
+        )
+    });
+    let sensors = Paper::arranged(&NamedCovariance::from_sigmas(known)?, &StateMatrix::zeros());
+    let attitude = NamedCovariance::new(
+        MISALIGNMENT.map(Into::into).to_vec(),
+        DMatrix::from_row_slice(3, 3, &message.attitude_covariance),
+    )?;
+    Ok(Paper::arranged(&attitude, &sensors))
 }
 
 /// The compensated sample with its attitude.
@@ -124,10 +141,10 @@ pub fn imu(stamp: Stamp, solution: &Solution, measured: &ImuSample, frame_id: &s
         orientation_covariance: row_major(
             &solution
                 .covariance
-                .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
+                .fixed_view::<3, 3>(error_state::MISALIGNMENT, error_state::MISALIGNMENT)
                 .into_owned(),
         ),
-        ..Imu::from_sample(&sample, frame_id)
+        ..imu_from_sample(&sample, frame_id)
     }
 }
 
@@ -142,7 +159,7 @@ pub fn odometry(
     let navigation = &solution.navigation;
     let offset = origin.offset_m(&navigation.position);
     let mut message = Odometry {
-        header: Header::new(stamp, frames[0]),
+        header: header(stamp, frames[0]),
         child_frame_id: frames[1].to_owned(),
         ..Odometry::default()
     };
@@ -161,7 +178,7 @@ pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
     let navigation = &solution.navigation;
     let pose = pose_covariance(solution);
     NavSatFix {
-        header: Header::new(stamp, frame_id),
+        header: header(stamp, frame_id),
         status: NavSatStatus {
             status: NavSatStatus::STATUS_FIX,
             service: NavSatStatus::SERVICE_UNKNOWN,
@@ -184,7 +201,7 @@ pub fn velocity(stamp: Stamp, solution: &Solution, frame_id: &str) -> TwistWithC
             sins::estimation::error_state::VELOCITY,
         ));
     let mut message = TwistWithCovarianceStamped {
-        header: Header::new(stamp, frame_id),
+        header: header(stamp, frame_id),
         ..TwistWithCovarianceStamped::default()
     };
     message.twist.twist.linear = Vector3::into(solution.navigation.velocity);

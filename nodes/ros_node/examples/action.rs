@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use ros_node::{ActionClient, ActionServer, GoalHandle, GoalNews, Node, NodeBuilder, Parameter};
-use rotary_sins_msgs::control_msgs::{
+use ros2_interfaces::control_msgs::{
     FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryFeedback as Feedback,
     FollowJointTrajectoryGoal as Goal, FollowJointTrajectoryResult as Outcome,
 };

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use ros_node::{Node, NodeBuilder, Parameter, Qos, Report};
-use rotary_sins_msgs::diagnostic_msgs::KeyValue;
-use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
+use ros2_interfaces::diagnostic_msgs::KeyValue;
+use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
 
 fn main() -> ExitCode {
     let builder = NodeBuilder::new("minimal")

@@ -1,5 +1,7 @@
 //! From the declarations of a node and the command line to a node that can start.
 
+use ros2_interfaces::Registry;
+
 use crate::environment::Environment;
 use crate::error::{Error, Result};
 use crate::lifecycle::LIFECYCLE_AUTOSTART;
@@ -17,6 +19,7 @@ pub struct NodeBuilder {
     arguments_usage: Option<String>,
     workers: usize,
     managed: bool,
+    types: Registry,
 }
 
 /// Everything that can be wrong before DDS comes in, checked.
@@ -28,6 +31,7 @@ pub(crate) struct Startup {
     pub(crate) parameters: Parameters,
     pub(crate) environment: Environment,
     pub(crate) managed: bool,
+    pub(crate) types: Registry,
 }
 
 impl NodeBuilder {
@@ -40,6 +44,7 @@ impl NodeBuilder {
             arguments_usage: None,
             workers: 0,
             managed: false,
+            types: Registry::new(),
         }
     }
 
@@ -83,6 +88,14 @@ impl NodeBuilder {
                 .group(NODE)
                 .describe("Come up active; false: wait, unconfigured, for a lifecycle manager"),
         )
+    }
+
+    /// Types that the node knows besides those of its own publishers and subscriptions, for `~/get_type_description`:
+    /// for nodes that carry messages of types that they learn at run time.
+    #[must_use]
+    pub fn types(mut self, types: Registry) -> Self {
+        self.types = types;
+        self
     }
 
     /// Its parameters with their defaults.
@@ -169,6 +182,7 @@ impl NodeBuilder {
             parameters,
             environment,
             managed: self.managed,
+            types: self.types,
         })
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use rotary_sins_msgs::rosgraph_msgs;
+use ros2_interfaces::rosgraph_msgs;
 use tokio::sync::watch;
 
 use crate::subscription::Subscription;

@@ -4,9 +4,9 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use rotary_sins_msgs::builtin_interfaces::Time;
-use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
-use rotary_sins_msgs::std_msgs::Header;
+use ros2_interfaces::builtin_interfaces::Time;
+use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use ros2_interfaces::std_msgs::Header;
 
 use crate::clock::Clock;
 use crate::lifecycle::Gate;

@@ -57,6 +57,9 @@ pub enum Error {
         /// The type that was asked for.
         expected: &'static str,
     },
+    /// A message type that cannot be registered.
+    #[error(transparent)]
+    Type(#[from] ros2_interfaces::RegistryError),
     /// A node, topic or service name breaks the rules of ROS 2.
     #[error("'{name}' is no valid {kind}: {reason}")]
     Name {

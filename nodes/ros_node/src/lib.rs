@@ -8,7 +8,7 @@
 //! ```no_run
 //! use std::process::ExitCode;
 //! use ros_node::{Node, NodeBuilder, Parameter, Qos};
-//! use rotary_sins_msgs::sensor_msgs::Imu;
+//! use ros2_interfaces::sensor_msgs::Imu;
 //!
 //! fn main() -> ExitCode {
 //!     let builder = NodeBuilder::new("imu_watch")

@@ -6,8 +6,8 @@ use std::fmt::{self, Write as _};
 use std::io::Write as _;
 use std::sync::OnceLock;
 
-use rotary_sins_msgs::builtin_interfaces::Time;
-use rotary_sins_msgs::rcl_interfaces::Log;
+use ros2_interfaces::builtin_interfaces::Time;
+use ros2_interfaces::rcl_interfaces::Log;
 use tokio::sync::mpsc;
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};

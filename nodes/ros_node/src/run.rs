@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use rotary_sins_msgs::lifecycle_msgs::{State, Transition};
+use ros2_interfaces::lifecycle_msgs::{State, Transition};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{mpsc, oneshot};
 

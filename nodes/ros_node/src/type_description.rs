@@ -1,9 +1,11 @@
 //! `~/get_type_description`: what the node's messages are made of (REP-2016).
 
-use rotary_sins_msgs::type_description_interfaces::{
+use std::sync::PoisonError;
+
+use ros2_interfaces::Registry;
+use ros2_interfaces::type_description_interfaces::{
     GetTypeDescriptionRequest, GetTypeDescriptionResponse,
 };
-use rotary_sins_msgs::{known_type, type_description, type_sources};
 
 use crate::error::Result;
 use crate::node::Node;
@@ -13,11 +15,13 @@ use crate::node::Node;
 /// # Errors
 /// [`crate::Error::Create`].
 pub(crate) fn serve(node: &Node) -> Result<()> {
+    let types = node.types();
     node.serve(
         "~/get_type_description",
         "type_description_interfaces/srv/GetTypeDescription",
-        |request: GetTypeDescriptionRequest| {
-            answer(&request).unwrap_or_else(|failure_reason| GetTypeDescriptionResponse {
+        move |request: GetTypeDescriptionRequest| {
+            let types = types.lock().unwrap_or_else(PoisonError::into_inner);
+            answer(&types, &request).unwrap_or_else(|failure_reason| GetTypeDescriptionResponse {
                 failure_reason,
                 ..Default::default()
             })
@@ -26,10 +30,13 @@ pub(crate) fn serve(node: &Node) -> Result<()> {
 }
 
 /// The error is the reason, for the one who asked.
-fn answer(request: &GetTypeDescriptionRequest) -> Result<GetTypeDescriptionResponse, String> {
+fn answer(
+    types: &Registry,
+    request: &GetTypeDescriptionRequest,
+) -> Result<GetTypeDescriptionResponse, String> {
     let name = &request.type_name;
     let unknown = || format!("this node knows no message type '{name}'");
-    let known = known_type(name).ok_or_else(unknown)?;
+    let known = types.get(name).ok_or_else(unknown)?;
     if !request.type_hash.is_empty() && request.type_hash != known.hash {
         return Err(format!(
             "'{name}' has the hash {} here, not {}",
@@ -37,13 +44,13 @@ fn answer(request: &GetTypeDescriptionRequest) -> Result<GetTypeDescriptionRespo
         ));
     }
     let type_sources = if request.include_type_sources {
-        type_sources(name).ok_or_else(unknown)?
+        types.sources(name).ok_or_else(unknown)?
     } else {
         Vec::new()
     };
     Ok(GetTypeDescriptionResponse {
         successful: true,
-        type_description: type_description(name).ok_or_else(unknown)?,
+        type_description: types.description(name).ok_or_else(unknown)?,
         type_sources,
         ..Default::default()
     })
@@ -52,20 +59,23 @@ fn answer(request: &GetTypeDescriptionRequest) -> Result<GetTypeDescriptionRespo
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use ros2_interfaces::{RosMessage, std_msgs};
+
     use super::*;
 
     fn ask(name: &str, hash: &str) -> Result<GetTypeDescriptionResponse, String> {
-        answer(&GetTypeDescriptionRequest {
+        let request = GetTypeDescriptionRequest {
             type_name: name.to_owned(),
             type_hash: hash.to_owned(),
             include_type_sources: false,
-        })
+        };
+        answer(&Registry::standard(), &request)
     }
 
     /// A type of another hash is another type; the reason names both.
     #[test]
     fn the_hash_must_fit() {
-        let hash = known_type("std_msgs/msg/Header").unwrap().hash;
+        let hash = std_msgs::Header::TYPE_HASH;
         let told = ask("std_msgs/msg/Header", hash).unwrap();
         assert_eq!(
             told.type_description.type_description.fields[1].name,

@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use ros_node::{Node, NodeBuilder, Parameter, Qos};
 use ros2_client::rcl_interfaces as rcl;
-use rotary_sins_msgs::builtin_interfaces::Time;
-use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, KeyValue};
-use rotary_sins_msgs::lifecycle_msgs::{
+use ros2_interfaces::builtin_interfaces::Time;
+use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, KeyValue};
+use ros2_interfaces::lifecycle_msgs::{
     ChangeStateRequest, ChangeStateResponse, Transition, TransitionEvent,
 };
-use rotary_sins_msgs::rosgraph_msgs::Clock;
-use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
+use ros2_interfaces::rosgraph_msgs::Clock;
+use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
 
 const LONG: Duration = Duration::from_secs(15);
 

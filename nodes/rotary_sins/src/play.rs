@@ -11,8 +11,7 @@ use anyhow::{Context, ensure};
 use bags::{Bag, Selection};
 use clap::Args;
 use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
-use rotary_sins_msgs::rosgraph_msgs::Clock;
-use sins::time::Stamp;
+use ros2_interfaces::{builtin_interfaces::Time, rosgraph_msgs::Clock};
 
 use crate::{output, progress::SecondsBar};
 
@@ -416,7 +415,7 @@ impl<'b> Player<'b> {
         });
         if is_due && let Ok(nanos) = i64::try_from(now) {
             clock.publish(Clock {
-                clock: Stamp::from_nanos(nanos).into(),
+                clock: Time::from_nanos(nanos),
             });
             self.last_clock = Some((now, Instant::now()));
         }

@@ -15,7 +15,8 @@ use anyhow::{Context, bail};
 use bags::{BagSummary, BagWriter, NewTopic, TopicId, WriteOptions, cdr::ENCAPSULATION};
 use clap::Args;
 use ros_node::{DiscoveredPublisher, Node, NodeBuilder, Payload, Qos, SENSOR_DEPTH, Subscription};
-use rotary_sins_msgs::{KnownType, known_type};
+use ros2_interfaces::KnownType;
+use rotary_sins_msgs::known_type;
 use sins::time::Stamp;
 use tokio::{sync::mpsc, task::JoinSet};
 

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
 use ros_node::ParameterSet;
-use rotary_sins_msgs::{RosMessage, sensor_msgs::NavSatFix};
+use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
 use sins::{earth::Position, table::Turntable};
 
 use crate::{

@@ -6,11 +6,13 @@ use anyhow::bail;
 use bags::{BagWriter, Compression, NewTopic, Qos, TopicId, WriteOptions};
 use clap::{Args, ValueEnum};
 use ros_node::ParameterSet;
-use rotary_sins_msgs::{
-    Calibration, RosMessage, SchemeStatus,
+use ros2_interfaces::{
+    RosMessage,
     geometry_msgs::TwistWithCovarianceStamped,
     sensor_msgs::{Imu, JointState, NavSatFix},
 };
+use rotary_sins_msgs::convert::{ToMessage, imu_from_sample};
+use rotary_sins_msgs::{Calibration, SchemeStatus};
 use serde::Serialize;
 use sins::{
     simulation::{
@@ -274,29 +276,37 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     output.write(
         output.joints,
         start,
-        &JointState::from(&simulator.first_joints()),
+        &ToMessage::<JointState>::to_message(&simulator.first_joints()),
     )?;
     let mut run = Run::new(simulator, sequencer, duration_s);
     let mut count = 0_u64;
     while let Some(tick) = run.next() {
         let tick = tick?;
         let stamp = tick.imu.stamp;
-        output.write(output.imu, stamp, &Imu::from_sample(&tick.imu, IMU_LINK))?;
+        output.write(output.imu, stamp, &imu_from_sample(&tick.imu, IMU_LINK))?;
         if let Some(joints) = &tick.joints {
-            output.write(output.joints, stamp, &JointState::from(joints))?;
+            output.write(
+                output.joints,
+                stamp,
+                &ToMessage::<JointState>::to_message(joints),
+            )?;
         }
         if let Some(position) = &tick.position {
-            output.write(output.fix, stamp, &NavSatFix::from(position))?;
+            output.write(
+                output.fix,
+                stamp,
+                &ToMessage::<NavSatFix>::to_message(position),
+            )?;
         }
         if let Some(velocity) = &tick.velocity {
             output.write(
                 output.velocity,
                 stamp,
-                &TwistWithCovarianceStamped::from(velocity),
+                &ToMessage::<TwistWithCovarianceStamped>::to_message(velocity),
             )?;
         }
         if tick.joints.is_some() {
-            output.write_status(stamp, SchemeStatus::from(&run.sequencer().status()))?;
+            output.write_status(stamp, run.sequencer().status().to_message())?;
         }
         count += 1;
         if count.is_multiple_of(10_000) {

@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use anyhow::Result;
 use ros_node::{InputWatch, Level, Node, Publisher, Qos, Report};
+use ros2_interfaces::sensor_msgs::JointState;
+use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::SchemeStatus;
-use rotary_sins_msgs::sensor_msgs::JointState;
-use rotary_sins_msgs::std_srvs::TriggerResponse;
+use rotary_sins_msgs::convert::{FromMessage, ToMessage};
 use sins::table::JointSample;
 use sins::table::scheme::Sequencer;
 use sins::table::scheme::sequencer::{Command, Refused, State, Status};
@@ -61,7 +62,7 @@ impl Shared {
         if machine.sequencer.state() == State::WaitingForTable && !self.table.listens() {
             return;
         }
-        match JointSample::try_from(message) {
+        match JointSample::from_message(message) {
             Ok(sample) => {
                 self.miss_result(&mut machine, &sample);
                 let command = machine.sequencer.ingest(&sample);
@@ -90,7 +91,7 @@ impl Shared {
             .as_ref()
             .is_none_or(|last| is_news(last, &status))
         {
-            self.statuses.publish((&status).into());
+            self.statuses.publish(status.to_message());
             machine.published = Some(status);
         }
     }

@@ -5,12 +5,13 @@ use std::time::Duration;
 use ros_node::{
     ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Publisher, Qos, RemoteGoal,
 };
-use rotary_sins_msgs::control_msgs::{
+use ros2_interfaces::control_msgs::{
     FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryGoal as Goal,
     FollowJointTrajectoryProgress as Progress, FollowJointTrajectoryResult as Outcome,
     JointTolerance,
 };
-use rotary_sins_msgs::trajectory_msgs::JointTrajectory;
+use ros2_interfaces::trajectory_msgs::JointTrajectory;
+use rotary_sins_msgs::convert::ToMessage;
 use sins::table::JOINT_NAMES;
 use sins::table::scheme::sequencer::{Command, SequencerSettings};
 use tokio::sync::mpsc;
@@ -88,7 +89,7 @@ impl Table {
     pub fn send(&self, motion: Motion) {
         match self {
             Self::Topic(publisher) => {
-                publisher.publish((&motion.command).into());
+                publisher.publish(motion.command.to_message());
             }
             // The driver ends with the node only.
             Self::Action { motions, .. } => drop(motions.send(motion)),
@@ -226,9 +227,9 @@ fn goal(command: &Command, settings: &SequencerSettings) -> Goal {
         ..JointTolerance::default()
     };
     Goal {
-        trajectory: command.into(),
+        trajectory: command.to_message(),
         goal_tolerance: JOINT_NAMES.map(tolerance).to_vec(),
-        goal_time_tolerance: rotary_sins_msgs::builtin_interfaces::Duration::from_nanos(
+        goal_time_tolerance: ros2_interfaces::builtin_interfaces::Duration::from_nanos(
             sins::time::seconds_to_nanos(0.5 * settings.arrival_timeout_s),
         ),
         ..Goal::default()

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use ros_node::{ActionServer, GoalHandle, InputWatch, Node};
+use rotary_sins_msgs::convert::stamp_from_time;
 use rotary_sins_msgs::{
     Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal,
     SelfCalibrateResult as Outcome, SelfCalibrationEstimate,
@@ -89,7 +90,7 @@ impl SelfCalibrate {
         let (Some(under_way), Some(estimate)) = (&mut self.under_way, &output.estimate) else {
             return;
         };
-        let now = Stamp::from(estimate.header.stamp);
+        let now = stamp_from_time(estimate.header.stamp);
         let elapsed = now.seconds_since(*under_way.began.get_or_insert(now));
         let feedback = feedback(estimate, elapsed, calibrator);
         under_way.handle.feedback(feedback);
@@ -189,7 +190,7 @@ fn wrong_scheme(goal: &Goal, calibrator: &Calibrator) -> Option<String> {
     };
     // What the scheme has shown by its end may still be on its way through the samples.
     calibrator
-        .has_come_to(status.header.stamp.into())
+        .has_come_to(stamp_from_time(status.header.stamp))
         .then(|| format!("scheme {} {how}: {}", status.scheme, status.message))
 }
 

@@ -6,9 +6,12 @@ use std::time::Duration;
 
 use imu_input::samples_report;
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::std_srvs::TriggerResponse;
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::std_srvs::TriggerResponse;
+use rotary_sins_msgs::convert::{
+    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::{
     Estimate, Phase, Reference, SelfCalibration, Settings, Thresholds,
@@ -121,7 +124,7 @@ impl Calibrator {
         self.inputs.fix.arrived(1);
         if let Some((kind, reason)) = translation::refusal(fix) {
             self.inputs.fix.refuse(kind, reason);
-        } else if let Some(position) = fix.position()
+        } else if let Some(position) = position_from_fix(fix)
             && let Err(error) = self.machine.ingest_position(position)
         {
             self.inputs.fix.refuse("off the globe", error);
@@ -132,7 +135,7 @@ impl Calibrator {
     /// A reading of the joints.
     pub fn joints(&mut self, joints: &JointState) {
         self.inputs.joints.arrived(1);
-        match JointSample::try_from(joints) {
+        match JointSample::from_message(joints) {
             Ok(sample) => self.order.push_joints(sample),
             Err(error) => self.inputs.joints.refuse("other joints", error),
         }
@@ -141,10 +144,10 @@ impl Calibrator {
     /// A velocity of the ship.
     pub fn velocity(&mut self, velocity: &TwistWithCovarianceStamped) {
         self.inputs.velocity.arrived(1);
-        let measurement = velocity.velocity_measurement();
+        let measurement = velocity_from_twist(velocity);
         if let Err(error) = self
             .machine
-            .ingest_velocity(velocity.header.stamp.into(), measurement)
+            .ingest_velocity(stamp_from_time(velocity.header.stamp), measurement)
         {
             self.inputs.velocity.refuse("unusable", error);
         }
@@ -153,7 +156,7 @@ impl Calibrator {
     /// A sample. Says what it gives to publish.
     pub fn imu(&mut self, imu: &Imu) -> Option<Output> {
         self.inputs.imu.arrived(1);
-        let sample = match ImuSample::try_from(imu) {
+        let sample = match ImuSample::from_message(imu) {
             Ok(sample) => sample,
             Err(error) => {
                 self.inputs.imu.refuse("stamp", error);
@@ -199,7 +202,7 @@ impl Calibrator {
         if before.is_some_and(|before| before.state == SchemeStatus::FINISHED) {
             return None;
         }
-        let end: Stamp = status.header.stamp.into();
+        let end: Stamp = stamp_from_time(status.header.stamp);
         let Some(latest) = &self.latest else {
             tracing::info!(
                 "scheme {} is finished, but there is no estimate to publish",

@@ -1,7 +1,8 @@
 #![allow(clippy::unwrap_used)]
 use nalgebra::Vector3;
-use rotary_sins_msgs::sensor_msgs::NavSatStatus;
-use rotary_sins_msgs::std_msgs::Header;
+use ros2_interfaces::sensor_msgs::NavSatStatus;
+use ros2_interfaces::std_msgs::Header;
+use rotary_sins_msgs::convert::imu_from_sample;
 use sins::earth::LocalEarth;
 
 use super::*;
@@ -37,7 +38,7 @@ fn sample(number: i64) -> Imu {
         angular_rate_variance: Vector3::repeat(1e-13),
         specific_force_variance: Vector3::repeat(1e-7),
     };
-    Imu::from_sample(&sample, "imu_link")
+    imu_from_sample(&sample, "imu_link")
 }
 
 fn feed(calibrator: &mut Calibrator, numbers: std::ops::Range<i64>) -> Vec<Output> {

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ros_node::{Node, Publisher, Qos, Report, Subscription};
-use rotary_sins_msgs::geometry_msgs::TwistWithCovarianceStamped;
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Reference;
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::Calibration;
-use rotary_sins_msgs::std_srvs::TriggerResponse;
 use sins::machines::self_calibration::Estimate;
 
 use crate::translation;

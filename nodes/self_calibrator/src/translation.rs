@@ -1,9 +1,8 @@
 //! Results of the mathematics as messages.
 
 use nalgebra::Vector3;
-use rotary_sins_msgs::convert::row_major;
-use rotary_sins_msgs::sensor_msgs::{NavSatFix, NavSatStatus};
-use rotary_sins_msgs::std_msgs::Header;
+use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
+use rotary_sins_msgs::convert::{header, row_major};
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, StateMatrix};
@@ -27,7 +26,7 @@ pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate 
     let sigma = estimate.sigma();
     let vehicle_sigma = estimate.vehicle_sigma();
     SelfCalibrationEstimate {
-        header: Header::new(estimate.stamp, frame_id),
+        header: header(estimate.stamp, frame_id),
         phase: phase_number(estimate.phase),
         phase_name: estimate.phase.name().to_owned(),
         state_names: STATE_NAMES.map(str::to_owned).to_vec(),
@@ -67,7 +66,7 @@ pub fn progress(
 ) -> SelfCalibrationEstimate {
     let unknown = [-1.0; 3];
     SelfCalibrationEstimate {
-        header: Header::new(stamp, frame_id),
+        header: header(stamp, frame_id),
         phase: phase_number(phase),
         phase_name: phase.name().to_owned(),
         gyroscope_drift_std: unknown,
@@ -102,7 +101,7 @@ pub fn calibration(
         .covariance
         .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT);
     Calibration {
-        header: Header::new(result.stamp, frame_id),
+        header: header(result.stamp, frame_id),
         valid: result.phase != Phase::Inconsistent,
         converged: result.phase == Phase::Converged,
         gyroscope_drift: result.errors.gyroscope_drift.into(),

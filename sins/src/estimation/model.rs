@@ -68,11 +68,15 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
         known: &NamedCovariance,
         place: &NavigationState,
     ) -> SMatrix<f64, N, N> {
-        let prior = self.initial_covariance(place);
+        Self::arranged(known, &self.initial_covariance(place))
+    }
+
+    /// What is known by name, in this model's order, and where a name is missing what `otherwise` says.
+    fn arranged(known: &NamedCovariance, otherwise: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
         let positions = Self::STATES.map(|state| known.position(state.name));
         SMatrix::from_fn(|row, column| match (positions[row], positions[column]) {
             (Some(i), Some(j)) => known.matrix()[(i, j)],
-            _ => prior[(row, column)],
+            _ => otherwise[(row, column)],
         })
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
-use rotary_sins_msgs::tf2_msgs::TFMessage;
+use ros2_interfaces::tf2_msgs::TFMessage;
 use suite_tests::{Program, Scene, isolated, messages};
 
 const HEADING_DEG: f64 = 123.25;

@@ -5,8 +5,8 @@
 use std::path::Path;
 use std::time::Duration;
 
+use ros2_interfaces::control_msgs::FollowJointTrajectoryResult as Outcome;
 use rotary_sins_msgs::SchemeStatus;
-use rotary_sins_msgs::control_msgs::FollowJointTrajectoryResult as Outcome;
 use serde_json::{Value, json};
 use suite_tests::{Peer, Program, Scene, distributions, isolated, messages, wait_until};
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rotary_sins_msgs::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
+use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
 use serde_json::Value;
 use suite_tests::{
     Answer, Simulation, alter, alter_imu, copy_bag, executable, rotary_sins, scratch, without_topic,

@@ -4,8 +4,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rotary_sins_msgs::sensor_msgs::{Imu, JointState, NavSatFix};
-use rotary_sins_msgs::{Calibration, RosMessage};
+use ros2_interfaces::RosMessage;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use rotary_sins_msgs::Calibration;
 use serde_json::{Value, json};
 use suite_tests::{Answer, Peer, Simulation, messages, peer_python, rotary_sins, scratch};
 

@@ -8,13 +8,12 @@ use std::pin::Pin;
 use std::time::Duration;
 
 use ros_node::{ActionPart, GoalNews, Message, Node, NodeBuilder, Qos};
-use rotary_sins_msgs::control_msgs::{self, FOLLOW_JOINT_TRAJECTORY};
-use rotary_sins_msgs::std_srvs::{
-    SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse,
-};
+use ros2_interfaces::control_msgs::{self, FOLLOW_JOINT_TRAJECTORY};
+use ros2_interfaces::std_srvs::{SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse};
+use ros2_interfaces::{RosMessage, std_msgs};
 use rotary_sins_msgs::{
-    ACTION_PARTS, KNOWN_TYPES, RosMessage, SelfCalibrateFeedback, SelfCalibrateGoal,
-    SelfCalibrateResult, std_msgs, with_known_types,
+    KNOWN_TYPES, SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult, registry,
+    with_known_types,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -234,7 +233,7 @@ fn compare(mut book: Book, answer: &Value) {
 
 /// rosidl's own hashes, of everything that it has: all but tf2_msgs.
 fn compare_hashes(hashes: &Value) {
-    for known in KNOWN_TYPES.iter().chain(ACTION_PARTS) {
+    for known in registry().iter() {
         if !known.name.starts_with("tf2_msgs/") {
             assert_eq!(hashes[known.name], known.hash, "{}", known.name);
         }

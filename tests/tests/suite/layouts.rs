@@ -53,7 +53,7 @@ fn frame(run: &RecordedRun, name: &str) -> Result<(), String> {
     }
 }
 
-fn parent(transform: &rotary_sins_msgs::geometry_msgs::TransformStamped) -> &str {
+fn parent(transform: &ros2_interfaces::geometry_msgs::TransformStamped) -> &str {
     &transform.header.frame_id
 }
 

@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::Imu;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::Imu;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use serde_json::Value;
 use suite_tests::{

@@ -1,6 +1,6 @@
 //! The standard states of a managed node and the transitions between them (REP-2005's design, as rcl_lifecycle has it).
 
-use rotary_sins_msgs::lifecycle_msgs::{State, Transition, TransitionDescription};
+use ros2_interfaces::lifecycle_msgs::{State, Transition, TransitionDescription};
 
 /// A state by its number in `lifecycle_msgs/msg/State`.
 pub(super) type StateId = u8;

@@ -19,7 +19,7 @@ mod services;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use rotary_sins_msgs::lifecycle_msgs::{State, Transition, TransitionEvent};
+use ros2_interfaces::lifecycle_msgs::{State, Transition, TransitionEvent};
 use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::clock::system_nanos;

@@ -1,6 +1,6 @@
 //! The services and the topic of a managed node.
 
-use rotary_sins_msgs::lifecycle_msgs::{
+use ros2_interfaces::lifecycle_msgs::{
     ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableStatesResponse,
     GetAvailableTransitionsResponse, GetStateResponse, TransitionEvent,
 };

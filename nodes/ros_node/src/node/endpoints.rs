@@ -1,9 +1,9 @@
 //! Publishers and subscriptions of a node.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ros2_client::{Message, MessageTypeName, Name};
-use rotary_sins_msgs::RosMessage;
+use ros2_interfaces::{Registry, RosMessage};
 use rustdds::Topic;
 
 use super::Node;
@@ -15,15 +15,36 @@ use crate::qos_overrides::{End, overridden};
 use crate::subscription::Subscription;
 
 impl Node {
+    /// Makes a type known to `~/get_type_description`. Publishers and subscriptions do it for theirs; to be called for
+    /// types that are known by name only ([`Self::raw_publisher`]).
+    ///
+    /// # Errors
+    /// [`Error::Type`]: another type of this name is there, or its hash is not that of its definition.
+    pub fn register_type<M: RosMessage>(&self) -> Result<()> {
+        // A registration that panicked has added nothing.
+        let mut types = self
+            .shared
+            .types
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        Ok(types.register::<M>()?)
+    }
+
+    /// The types that this node knows by name.
+    pub(crate) fn types(&self) -> Arc<Mutex<Registry>> {
+        Arc::clone(&self.shared.types)
+    }
+
     /// A publisher of messages of type `M`.
     ///
     /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
+    /// [`Error::Name`], [`Error::Type`] or [`Error::Create`].
     pub fn publisher<M: RosMessage + Message>(
         &self,
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>> {
+        self.register_type::<M>()?;
         self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
     }
 
@@ -33,18 +54,20 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Publisher<M>> {
+        self.register_type::<M>()?;
         self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened())
     }
 
     /// A subscription of messages of type `M`.
     ///
     /// # Errors
-    /// [`Error::Name`] or [`Error::Create`].
+    /// [`Error::Name`], [`Error::Type`] or [`Error::Create`].
     pub fn subscription<M: RosMessage + Message>(
         &self,
         topic: &str,
         qos: Qos,
     ) -> Result<Subscription<M>> {
+        self.register_type::<M>()?;
         self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
     }
 
@@ -54,6 +77,7 @@ impl Node {
         topic: &str,
         qos: Qos,
     ) -> Result<Subscription<M>> {
+        self.register_type::<M>()?;
         self.subscription_of(topic, M::TYPE_NAME, qos, &Gate::opened())
     }
 

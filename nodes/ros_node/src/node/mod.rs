@@ -8,6 +8,7 @@ use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use ros2_client::{Context, NodeName, NodeOptions};
+use ros2_interfaces::Registry;
 use rustdds::DomainParticipant;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
@@ -34,6 +35,7 @@ struct Shared {
     identity: NodeIdentity,
     original_name: String,
     remaps: Vec<RemapRule>,
+    types: Arc<Mutex<Registry>>,
     arguments: Vec<String>,
     parameters: Parameters,
     ros: Arc<Mutex<ros2_client::Node>>,
@@ -86,6 +88,7 @@ impl Node {
             parameters,
             environment,
             managed,
+            types,
         } = startup;
         let creating = |what: String| {
             move |error: &dyn std::fmt::Display| Error::Create {
@@ -110,6 +113,7 @@ impl Node {
                 identity,
                 original_name,
                 remaps: ros_args.remaps,
+                types: Arc::new(Mutex::new(types)),
                 arguments: ros_args.others,
                 parameters,
                 participant: participant.clone(),

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use ros2_client::service::ServiceMapping;
 use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
-use rotary_sins_msgs::std_srvs::{TriggerRequest, TriggerResponse};
+use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
 
 use super::{Node, type_parts};
 use crate::error::{Error, Result};

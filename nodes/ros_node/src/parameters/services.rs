@@ -2,8 +2,8 @@
 
 use ros2_client::parameters::raw;
 use ros2_client::rcl_interfaces as rcl;
-use rotary_sins_msgs::builtin_interfaces::Time;
-use rotary_sins_msgs::rcl_interfaces as msgs;
+use ros2_interfaces::builtin_interfaces::Time;
+use ros2_interfaces::rcl_interfaces as msgs;
 
 use crate::error::Result;
 use crate::node::Node;

@@ -6,8 +6,9 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use nalgebra::Vector3;
+use ros2_interfaces::nav_msgs::Odometry;
 use rotary_sins_msgs::SelfCalibrationEstimate;
-use rotary_sins_msgs::nav_msgs::Odometry;
+use rotary_sins_msgs::convert::stamp_from_time;
 use sins::Stamp;
 use sins::stream::sampling::SampleClock;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
@@ -106,7 +107,7 @@ impl DemoResult {
         let (Some(estimate), Some(truth)) = (seen.estimate, seen.truth) else {
             bail!("self_calibration/estimate or ground_truth/calibration never came");
         };
-        let odometry = nearest(&seen.truth_odometry, estimate.header.stamp.into())
+        let odometry = nearest(&seen.truth_odometry, stamp_from_time(estimate.header.stamp))
             .context("ground_truth/odometry did not come until the end")?;
         if estimate.state.is_empty() {
             bail!(
@@ -225,7 +226,7 @@ impl DemoResult {
 /// The true pose nearest in time; `None` where there is none within two seconds.
 fn nearest(poses: &VecDeque<Odometry>, stamp: Stamp) -> Option<&Odometry> {
     let distance = |pose: &&Odometry| {
-        Stamp::from(pose.header.stamp)
+        stamp_from_time(pose.header.stamp)
             .nanos()
             .abs_diff(stamp.nanos())
     };

@@ -5,10 +5,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Result;
 use ros_node::{Node, NodeBuilder, Qos};
-use rotary_sins_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use rotary_sins_msgs::nav_msgs::Odometry;
-use rotary_sins_msgs::sensor_msgs::NavSatFix;
-use rotary_sins_msgs::{Calibration, RosMessage, SchemeStatus, SelfCalibrationEstimate};
+use ros2_interfaces::RosMessage;
+use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::NavSatFix;
+use rotary_sins_msgs::convert::position_from_fix;
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::earth::Position;
 
 /// Consumers whose diagnostics count samples.
@@ -96,7 +98,7 @@ impl Seen {
             longitude_rad: truth.longitude_deg.to_radians(),
             height_m: truth.height_m,
         };
-        let position = fix.position()?;
+        let position = position_from_fix(fix)?;
         let offset = origin.offset_m(&position);
         Some(offset.x.hypot(offset.y))
     }

@@ -378,7 +378,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use ratatui::{Terminal, backend::TestBackend};
-    use rotary_sins_msgs::diagnostic_msgs::DiagnosticStatus;
+    use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
     use std::time::Duration;
 
     fn text(state: &MonitorState, now: Instant, width: u16, height: u16) -> Vec<String> {

@@ -18,7 +18,7 @@ use ratatui::{
     crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers},
 };
 use ros_node::{Node, NodeBuilder, Qos};
-use rotary_sins_msgs::{RosMessage, diagnostic_msgs::DiagnosticArray};
+use ros2_interfaces::{RosMessage, diagnostic_msgs::DiagnosticArray};
 
 use self::{
     draw::{Look, page},

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use rotary_sins_msgs::diagnostic_msgs::DiagnosticStatus;
+use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Thresholds;
 

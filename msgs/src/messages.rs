@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry_msgs::Quaternion;
-use crate::ros_message;
-use crate::std_msgs::Header;
+use ros2_interfaces::geometry_msgs::Quaternion;
+use ros2_interfaces::ros_message;
+use ros2_interfaces::std_msgs::Header;
 
 /// Where the rotation scheme stands. Topic scheme/status, reliable, transient local, from the scheme sequencer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! CDR payloads as rosbag2 and DDS have them: four bytes that name the representation, then the fields.
 
+use crate::RosMessage;
 use byteorder::{BigEndian, LittleEndian};
-use rotary_sins_msgs::RosMessage;
 
 /// Plain CDR, little endian, no options: what every payload written here begins with.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
