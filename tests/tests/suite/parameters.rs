@@ -31,13 +31,14 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 const MANUAL: &str = "# Parameters of the nodes
 
-Every parameter is declared once in the code, with key, default, unit, range and words; from that come this page, `NODE --help`,
-the files in `launch-scripts/config` (`NODE --print-parameters`), what `ros2 param describe` answers, and the options of
-`rotary-sins simulate`, `align`, `calibrate`, `navigate` and `report` that have the same names.
+Every parameter is declared once in the code, with key, default, unit, range and words; from that come this page,
+`NODE --help`, the files in `launch-scripts/config` (`NODE --print-parameters`), what `ros2 param describe` answers,
+and the options of `rotary-sins simulate`, `align`, `calibrate`, `navigate` and `report` that have the same names.
 
-A value is given by `--ros-args -p KEY:=VALUE` or `--params-file FILE`. An unknown key, a wrong type or a value out of range is one
-line that names the key and what was expected, and exit status 2. Parameters are read when a node is configured; only those that say
-so may be set later. Beside these, every topic has `qos_overrides`, see [in a ROS 2 stack](in-a-ros2-stack.md).
+A value is given by `--ros-args -p KEY:=VALUE` or `--params-file FILE`. An unknown key, a wrong type or a value out
+of range is one line that names the key and what was expected, and exit status 2. Parameters are read when a node is
+configured; only those that say so may be set later. Beside these, every topic has `qos_overrides`, see [in a ROS 2
+stack](in-a-ros2-stack.md).
 ";
 
 fn printed(node: &str, options: &[&str]) -> String {
