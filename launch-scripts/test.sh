@@ -82,7 +82,8 @@ trap '[ ${#background[@]} -eq 0 ] || kill "${background[@]}" 2>/dev/null' EXIT
 set_up_peers() { tests/ros2_peers/setup.sh kilted jazzy && tests/colcon/setup.sh; }
 
 # Everything that runs is built in release: the tests integrate hours of samples, and it is what a user runs.
-build() { cargo build --quiet --release --workspace --lib --bins --tests; }
+# The examples are what the tests of ros_node start.
+build() { cargo build --quiet --release --workspace --lib --bins --tests --examples; }
 
 # Without the lowest priority they would slow down the tests that they run beside.
 check_sources() {

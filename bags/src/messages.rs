@@ -83,6 +83,8 @@ struct Entry {
 }
 
 struct OpenSegment<'b> {
+    /// File number and offset: of equal times, what stands first in the files comes first.
+    place: (usize, usize),
     records: Cow<'b, [u8]>,
     /// In the order of log time; of equal times, in the order of the file.
     entries: Vec<Entry>,
@@ -189,7 +191,10 @@ impl<'b> Messages<'b> {
         while at < self.open.len() {
             let segment = &self.open[at];
             if let Some(entry) = segment.entries.get(segment.next) {
-                if earliest.is_none_or(|(time, _)| entry.log_time < time) {
+                let comes_before = |(time, other): (u64, usize)| {
+                    (entry.log_time, segment.place) < (time, self.open[other].place)
+                };
+                if earliest.is_none_or(comes_before) {
                     earliest = Some((entry.log_time, at));
                 }
                 at += 1;
@@ -258,6 +263,7 @@ impl<'b> Messages<'b> {
             entries.sort_by_key(|entry| entry.log_time);
         }
         self.open.push(OpenSegment {
+            place: (number, segment.range.start),
             records,
             entries,
             next: 0,

@@ -276,11 +276,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     /// Whatever is written, on whichever topics, in whichever order and packing, is read: all payloads under their topics and times, in
-    /// the order of time, and of one topic and time in the order in which they were written.
+    /// the order of time, and of one topic and time in the order in which they were written. (At most a dozen chunks overlap: so many
+    /// the reader puts in order.)
     #[test]
     fn whatever_is_written_is_read(
         written in prop::collection::vec((0usize..3, 0u64..1000, prop::collection::vec(any::<u8>(), 0..200)), 0..80),
-        packing in 0usize..3, chunk_bytes in 100u64..5000,
+        packing in 0usize..3, chunk_bytes in 1500u64..8000,
     ) {
         const TOPICS: [&str; 3] = ["/a", "/b", "/c/d"];
         let directory = tempfile::tempdir().unwrap();

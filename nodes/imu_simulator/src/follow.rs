@@ -346,7 +346,7 @@ mod tests {
             (
                 |goal| goal.trajectory.points[1].positions[0] = f64::NAN,
                 Outcome::INVALID_GOAL,
-                "finite angle",
+                "finite number",
             ),
             (
                 |goal| goal.trajectory.points[2].time_from_start = Duration::default(),

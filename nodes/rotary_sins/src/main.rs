@@ -83,18 +83,32 @@ fn main() -> ExitCode {
     let ros_arguments = ros_from
         .map(|at| arguments.split_off(at))
         .unwrap_or_default();
-    match dispatch(Cli::parse_from(arguments).command, ros_arguments) {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(asked) if !asked.use_stderr() => asked.exit(),
+        Err(error) => return refused(what_is_wrong(&error.to_string())),
+    };
+    match dispatch(cli.command, ros_arguments) {
         Ok(status) => status,
-        Err(error) => {
-            // One line, whatever the causes wrote.
-            let line = format!("{error:#}")
-                .split_whitespace()
-                .collect::<Vec<_>>()
-                .join(" ");
-            eprintln!("rotary-sins: {line}");
-            ExitCode::from(2)
-        }
+        Err(error) => refused(&format!("{error:#}")),
     }
+}
+
+/// Says in one line what was refused, whatever the causes wrote.
+fn refused(text: &str) -> ExitCode {
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    eprintln!("rotary-sins: {line}");
+    ExitCode::from(2)
+}
+
+/// What clap says without its advice on how to ask.
+fn what_is_wrong(text: &str) -> &str {
+    let end = ["\nUsage:", "\nFor more information"]
+        .iter()
+        .filter_map(|advice| text.find(advice))
+        .min();
+    let text = &text[..end.unwrap_or(text.len())];
+    text.strip_prefix("error: ").unwrap_or(text)
 }
 
 fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<ExitCode> {

@@ -14,6 +14,9 @@ use crate::error::Error;
 use crate::range;
 use crate::time::seconds_to_nanos;
 
+/// Times of points are whole nanoseconds, which moves the peak rate of a short motion by as much.
+const TIME_ROUNDING: f64 = 1e-6;
+
 /// One point of a joint trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryPoint {
@@ -303,7 +306,7 @@ impl Trajectory {
             };
             for (joint, name) in JOINT_NAMES.iter().enumerate() {
                 let peak = cubic.peak_rate(joint);
-                if peak > max_rate_rad_s * (1.0 + 1e-9) {
+                if peak > max_rate_rad_s * (1.0 + TIME_ROUNDING) {
                     return Err(Error::setting(
                         format!(
                             "rate of {name} after {:.3} s [rad/s]",
