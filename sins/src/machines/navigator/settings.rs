@@ -17,7 +17,7 @@ pub struct NavigatorSettings {
     pub start_from_calibration: bool,
     /// How much later than a sample its joint state may come \[s\].
     pub joint_patience_s: f64,
-    /// A longer hole in the samples begins an alignment \[s\].
+    /// A longer hole in the samples begins an alignment, unless the encoders tell the turn in it (then an hour does) \[s\].
     pub longest_hole_s: f64,
     /// A ship that is slower than this, by its own solution, lies at her mooring \[m/s\].
     pub moored_speed_m_s: f64,
