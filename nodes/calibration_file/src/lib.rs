@@ -9,16 +9,14 @@
 use std::{fs, path::Path};
 
 use anyhow::{Context, ensure};
-use nalgebra::{DMatrix, Quaternion, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use sins::earth::Position;
 use sins::{
     Stamp,
     estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
     estimation::model::{Model, Paper},
-    estimation::state::NamedCovariance,
-    machines::self_calibration::{Calibration, Phase},
-    sensor::errors::SensorErrors,
+    machines::self_calibration::{Calibration, CalibrationRecord, Phase, RecordedCovariance},
     units::{DEG_PER_HOUR, MICRO_G},
 };
 
@@ -126,82 +124,65 @@ pub fn read(path: &Path) -> anyhow::Result<Calibration> {
 }
 
 fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
-    let drift = Vector3::from(file.gyroscope_drift_deg_per_hour) * DEG_PER_HOUR;
-    let bias = Vector3::from(file.accelerometer_bias_ug) * MICRO_G;
-    let [x, y, z, w] = file.attitude_xyzw;
-    let raw = Quaternion::new(w, x, y, z);
-    ensure!(
-        (raw.norm() - 1.0).abs() < 1e-6,
-        "attitude_xyzw has the norm {}, expected 1",
-        raw.norm()
-    );
-    let stds = [
-        (
-            GYROSCOPE_DRIFT,
-            file.gyroscope_drift_std_deg_per_hour,
-            DEG_PER_HOUR,
-        ),
-        (ACCELEROMETER_BIAS, file.accelerometer_bias_std_ug, MICRO_G),
-    ];
-    let sigmas = stds.iter().flat_map(|(names, std, unit)| {
-        names
-            .iter()
-            .copied()
-            .zip(std.iter().map(move |value| value * unit))
-    });
-    let mut calibration = Calibration {
+    let scaled = |values: [f64; 3], unit: f64| values.map(|value| value * unit);
+    let mut record = CalibrationRecord {
         stamp: Stamp::from_nanos(file.stamp_ns),
         phase: file.phase,
-        errors: SensorErrors::constant(drift, bias),
-        attitude: UnitQuaternion::new_unchecked(raw),
-        position: Position {
-            latitude_rad: file.latitude_deg.to_radians(),
-            longitude_rad: file.longitude_deg.to_radians(),
-            height_m: file.height_m,
+        gyroscope_drift_rad_s: scaled(file.gyroscope_drift_deg_per_hour, DEG_PER_HOUR),
+        accelerometer_bias_m_s2: scaled(file.accelerometer_bias_ug, MICRO_G),
+        gyroscope_matrix: [0.0; 9],
+        accelerometer_matrix: [0.0; 9],
+        attitude_xyzw: file.attitude_xyzw,
+        position: Position::from_degrees(file.latitude_deg, file.longitude_deg, file.height_m),
+        covariance: RecordedCovariance::Sensors {
+            gyroscope_drift: scaled(file.gyroscope_drift_std_deg_per_hour, DEG_PER_HOUR),
+            accelerometer_bias: scaled(file.accelerometer_bias_std_ug, MICRO_G),
+            misalignment: [0.0; 9],
         },
-        covariance: Paper::arranged(&NamedCovariance::from_sigmas(sigmas)?, &SMatrix::zeros()),
         samples: file.samples,
         gaps: file.gaps,
     };
     if let Some(si) = file.si {
-        agree(
-            "gyroscope_drift_deg_per_hour",
-            drift,
-            si.gyroscope_drift_rad_s.into(),
-        )?;
-        agree(
-            "accelerometer_bias_ug",
-            bias,
-            si.accelerometer_bias_m_s2.into(),
-        )?;
-        let place = |latitude, longitude| Vector3::new(latitude, longitude, 0.0);
-        let (degrees, radians) = (
-            place(
-                calibration.position.latitude_rad,
-                calibration.position.longitude_rad,
-            ),
-            place(si.latitude_rad, si.longitude_rad),
-        );
-        agree("latitude_deg, longitude_deg", degrees, radians)?;
-        calibration.errors = SensorErrors {
-            gyroscope_drift: si.gyroscope_drift_rad_s.into(),
-            accelerometer_bias: si.accelerometer_bias_m_s2.into(),
-            gyroscope_matrix: nalgebra::Matrix3::from(si.gyroscope_matrix).transpose(),
-            accelerometer_matrix: nalgebra::Matrix3::from(si.accelerometer_matrix).transpose(),
-        };
-        calibration.position.latitude_rad = si.latitude_rad;
-        calibration.position.longitude_rad = si.longitude_rad;
-        let count = si.state_names.len();
-        ensure!(
-            si.covariance.len() == count && si.covariance.iter().all(|row| row.len() == count),
-            "si.covariance is not {count} rows of {count}, as many as si.state_names"
-        );
-        let names = si.state_names.into_iter().map(Into::into).collect();
-        let matrix = DMatrix::from_fn(count, count, |row, column| si.covariance[row][column]);
-        let covariance = NamedCovariance::new(names, matrix).context("si.covariance")?;
-        calibration.covariance = Paper::arranged(&covariance, &SMatrix::zeros());
+        put_si(&mut record, si)?;
     }
-    Ok(calibration)
+    Ok(record.calibration()?)
+}
+
+/// The numbers of the section `si` in the place of those in field units.
+fn put_si(record: &mut CalibrationRecord, si: Si) -> anyhow::Result<()> {
+    agree(
+        "gyroscope_drift_deg_per_hour",
+        record.gyroscope_drift_rad_s.into(),
+        si.gyroscope_drift_rad_s.into(),
+    )?;
+    agree(
+        "accelerometer_bias_ug",
+        record.accelerometer_bias_m_s2.into(),
+        si.accelerometer_bias_m_s2.into(),
+    )?;
+    let position = &mut record.position;
+    agree(
+        "latitude_deg, longitude_deg",
+        Vector3::new(position.latitude_rad, position.longitude_rad, 0.0),
+        Vector3::new(si.latitude_rad, si.longitude_rad, 0.0),
+    )?;
+    position.latitude_rad = si.latitude_rad;
+    position.longitude_rad = si.longitude_rad;
+    record.gyroscope_drift_rad_s = si.gyroscope_drift_rad_s;
+    record.accelerometer_bias_m_s2 = si.accelerometer_bias_m_s2;
+    let by_rows = |rows: [[f64; 3]; 3]| std::array::from_fn(|i| rows[i / 3][i % 3]);
+    record.gyroscope_matrix = by_rows(si.gyroscope_matrix);
+    record.accelerometer_matrix = by_rows(si.accelerometer_matrix);
+    let count = si.state_names.len();
+    ensure!(
+        si.covariance.len() == count && si.covariance.iter().all(|row| row.len() == count),
+        "si.covariance is not {count} rows of {count}, as many as si.state_names"
+    );
+    record.covariance = RecordedCovariance::States {
+        names: si.state_names.into_iter().map(Into::into).collect(),
+        row_major: si.covariance.into_iter().flatten().collect(),
+    };
+    Ok(())
 }
 
 fn agree(name: &str, field: Vector3<f64>, si: Vector3<f64>) -> anyhow::Result<()> {
@@ -216,6 +197,9 @@ fn agree(name: &str, field: Vector3<f64>, si: Vector3<f64>) -> anyhow::Result<()
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use nalgebra::{SMatrix, UnitQuaternion};
+    use sins::sensor::errors::SensorErrors;
+
     use super::*;
 
     fn example() -> Calibration {
@@ -312,9 +296,26 @@ mod tests {
         broken.si.as_mut().unwrap().covariance[0][0] = -1.0;
         let error = format!("{:#}", calibration(broken).unwrap_err());
         assert!(
-            error.contains("si.covariance: variance of gyroscope_drift_z_rad_s"),
+            error.contains("variance of gyroscope_drift_z_rad_s"),
             "{error}"
         );
+    }
+
+    /// What no sensor and no place can be is refused by its name, in field units as in `si`.
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let mut example = example();
+        example.position.height_m = 1e300;
+        let file = serde_saphyr::from_str(&text(&example, "x").unwrap()).unwrap();
+        let error = calibration(file).unwrap_err().to_string();
+        assert!(error.contains("height"), "{error}");
+        example.position.height_m = 0.0;
+        let mut file: CalibrationFile =
+            serde_saphyr::from_str(&text(&example, "x").unwrap()).unwrap();
+        file.si = None;
+        file.gyroscope_drift_deg_per_hour[1] = 1e6;
+        let error = calibration(file).unwrap_err().to_string();
+        assert!(error.contains("gyroscope_drift"), "{error}");
     }
 
     /// A key that means nothing is named.

@@ -161,6 +161,66 @@ fn unusable_calibrations_are_refused() {
     assert_eq!(compensator.phase, NavigatorPhase::WaitingForCalibration);
 }
 
+/// What cannot be believed is refused with one line that names it, and what runs goes on: no solution becomes NaN.
+#[test]
+fn impossible_calibrations_are_refused_and_navigation_goes_on() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    let good = calibration(15);
+    let impossible = [
+        (
+            "gyroscope_drift",
+            Calibration {
+                gyroscope_drift: [1e6, 0.0, 0.0],
+                ..good.clone()
+            },
+        ),
+        (
+            "accelerometer_bias",
+            Calibration {
+                accelerometer_bias: [0.0, 1e9, 0.0],
+                ..good.clone()
+            },
+        ),
+        (
+            "latitude",
+            Calibration {
+                latitude_deg: 95.0,
+                ..good.clone()
+            },
+        ),
+        (
+            "height",
+            Calibration {
+                height_m: 1e300,
+                ..good.clone()
+            },
+        ),
+        (
+            "inconsistent",
+            Calibration {
+                phase: rotary_sins_msgs::SelfCalibrationEstimate::INCONSISTENT,
+                ..good
+            },
+        ),
+    ];
+    let count = impossible.len();
+    for (word, message) in impossible {
+        let line = super::translation::calibration(&message).unwrap_err();
+        assert!(line.contains(word) && !line.contains('\n'), "{line}");
+        compensator.calibration(&message);
+    }
+    assert_eq!(compensator.inputs.calibration.refused(), count as u64);
+    assert_eq!(compensator.calibrations, 1);
+    let outputs = feed(&mut compensator, 10..600);
+    assert_eq!(outputs.len(), 590);
+    let last = outputs.last().unwrap();
+    let odometry = &last.compensated.navigation.as_ref().unwrap().0;
+    let position = odometry.pose.pose.position;
+    assert!(position.x.hypot(position.y) < 0.1, "{position:?}");
+}
+
 /// A calibration of tomorrow, with more states in another order, is taken for what is known here, and one with fewer for what
 /// it has; one whose covariance is none is not.
 #[test]

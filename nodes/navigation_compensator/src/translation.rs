@@ -1,6 +1,6 @@
 //! Calibration messages to calibrations; solutions to messages.
 
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix6, Vector3};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
@@ -8,15 +8,10 @@ use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_t
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
-use sins::estimation::error_state::{self, StateMatrix};
-use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
-use sins::estimation::groups::navigation::MISALIGNMENT;
-use sins::estimation::model::{Model, Paper};
-use sins::estimation::state::NamedCovariance;
+use sins::estimation::error_state;
 use sins::machines::navigator::Solution;
 use sins::machines::odometry::{UNKNOWN_VARIANCE, VehicleMotion, pose_covariance};
-use sins::machines::self_calibration::{Calibration, Phase};
-use sins::sensor::errors::SensorErrors;
+use sins::machines::self_calibration::{Calibration, CalibrationRecord, Phase, RecordedCovariance};
 use sins::sensor::sample::ImuSample;
 
 /// The calibration of a message. Where it carries no covariance, its standard deviations make one.
@@ -30,40 +25,28 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
             message.phase
         ));
     }
-    let attitude = message
-        .attitude
-        .rotation()
-        .ok_or("attitude is no rotation: expected a quaternion of finite length above zero")?;
-    let place = [
-        message.latitude_deg,
-        message.longitude_deg,
-        message.height_m,
-    ];
-    if !place.iter().all(|value| value.is_finite()) {
-        return Err(format!(
-            "latitude_deg, longitude_deg, height_m are {place:?}, expected finite numbers"
-        ));
-    }
-    let calibration = Calibration {
+    let q = &message.attitude;
+    let record = CalibrationRecord {
         stamp: stamp_from_time(message.header.stamp),
         phase: phase(message.phase)?,
-        errors: SensorErrors {
-            gyroscope_drift: message.gyroscope_drift.into(),
-            accelerometer_bias: message.accelerometer_bias.into(),
-            gyroscope_matrix: Matrix3::from_row_slice(&message.gyroscope_matrix),
-            accelerometer_matrix: Matrix3::from_row_slice(&message.accelerometer_matrix),
-        },
-        attitude,
-        position: Position {
-            latitude_rad: message.latitude_deg.to_radians(),
-            longitude_rad: message.longitude_deg.to_radians(),
-            height_m: message.height_m,
-        },
-        covariance: covariance(message)?,
+        gyroscope_drift_rad_s: message.gyroscope_drift,
+        accelerometer_bias_m_s2: message.accelerometer_bias,
+        gyroscope_matrix: message.gyroscope_matrix,
+        accelerometer_matrix: message.accelerometer_matrix,
+        attitude_xyzw: [q.x, q.y, q.z, q.w],
+        position: Position::from_degrees(
+            message.latitude_deg,
+            message.longitude_deg,
+            message.height_m,
+        ),
+        covariance: covariance(message),
         samples: message.samples,
         gaps: message.gaps,
     };
-    calibration.usable().map_err(|error| error.to_string())
+    record
+        .calibration()
+        .and_then(Calibration::usable)
+        .map_err(|error| error.to_string())
 }
 
 fn phase(number: u8) -> Result<Phase, String> {
@@ -82,51 +65,19 @@ fn phase(number: u8) -> Result<Phase, String> {
     })
 }
 
-/// The covariance in the order of the states here. States are found by name: more than are known here are left aside, and of
-/// one that is missing nothing is known (variance zero).
-fn covariance(message: &CalibrationMessage) -> Result<StateMatrix, String> {
+fn covariance(message: &CalibrationMessage) -> RecordedCovariance {
     if message.covariance.is_empty() {
-        return from_sigmas(message).map_err(|error| error.to_string());
+        return RecordedCovariance::Sensors {
+            gyroscope_drift: message.gyroscope_drift_std,
+            accelerometer_bias: message.accelerometer_bias_std,
+            misalignment: message.attitude_covariance,
+        };
     }
-    let count = message.state_names.len();
-    if message.covariance.len() != count * count {
-        return Err(format!(
-            "covariance has {} elements over states {:?}, expected {}",
-            message.covariance.len(),
-            message.state_names,
-            count * count
-        ));
+    let names = message.state_names.iter().cloned().map(Into::into);
+    RecordedCovariance::States {
+        names: names.collect(),
+        row_major: message.covariance.clone(),
     }
-    let names = message
-        .state_names
-        .iter()
-        .cloned()
-        .map(Into::into)
-        .collect();
-    let matrix = DMatrix::from_row_slice(count, count, &message.covariance);
-    let named = NamedCovariance::new(names, matrix).map_err(|error| error.to_string())?;
-    Ok(Paper::arranged(&named, &StateMatrix::zeros()))
-}
-
-/// Of a message that carries standard deviations and the attitude's covariance only.
-fn from_sigmas(message: &CalibrationMessage) -> Result<StateMatrix, sins::Error> {
-    let stds = [
-        (ACCELEROMETER_BIAS, message.accelerometer_bias_std),
-        (GYROSCOPE_DRIFT, message.gyroscope_drift_std),
-    ];
-    // A standard deviation that is not known is -1.
-    let known = stds.iter().flat_map(|(names, std)| {
-        names.iter().copied().zip(
-            std.iter()
-                .map(|sigma| if *sigma < 0.0 { 0.0 } else { *sigma }),
-        )
-    });
-    let sensors = Paper::arranged(&NamedCovariance::from_sigmas(known)?, &StateMatrix::zeros());
-    let attitude = NamedCovariance::new(
-        MISALIGNMENT.map(Into::into).to_vec(),
-        DMatrix::from_row_slice(3, 3, &message.attitude_covariance),
-    )?;
-    Ok(Paper::arranged(&attitude, &sensors))
 }
 
 /// The compensated sample with its attitude.

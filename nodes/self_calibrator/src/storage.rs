@@ -39,7 +39,8 @@ pub fn save(path: &Path, latest: Option<&Estimate>, source: &str) -> TriggerResp
     }
 }
 
-/// Reads a calibration, to be published as it is.
+/// Reads a calibration, to be published as it is: one that was inconsistent says in its message that it is not valid. A file whose
+/// numbers no sensor can have is refused, by the check of everything that reads calibrations.
 pub fn load(path: &Path, frame_id: &str) -> (TriggerResponse, Option<Calibration>) {
     match calibration_file::read(path) {
         Ok(calibration) => {
@@ -70,6 +71,14 @@ fn refused(message: String) -> TriggerResponse {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+    use nalgebra::UnitQuaternion;
+    use sins::Stamp;
+    use sins::earth::Position;
+    use sins::estimation::error_state::StateMatrix;
+    use sins::machines::self_calibration::{Calibration as Calibrated, Phase};
+    use sins::sensor::SensorErrors;
+
     use super::*;
 
     /// What cannot be done says why, and names the file.
@@ -81,6 +90,51 @@ mod tests {
         let (told, message) = load(nowhere, "imu_link");
         assert!(!told.success && told.message.contains("/nowhere/self_calibration.yaml"));
         assert_eq!(message, None);
+    }
+
+    /// A file that cannot be is refused by its name and the number; one that was inconsistent is published as not valid.
+    #[test]
+    fn loading_looks_at_what_it_loads() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("calibration.yaml");
+        let good = Calibrated {
+            stamp: Stamp::default(),
+            phase: Phase::Converged,
+            errors: SensorErrors::default(),
+            attitude: UnitQuaternion::identity(),
+            position: Position::from_degrees(45.0, 126.6, 0.0),
+            covariance: StateMatrix::identity() * 1e-12,
+            samples: 1,
+            gaps: 0,
+        };
+        let load = |calibration: &Calibrated| {
+            calibration_file::write(&file, calibration, "test").unwrap();
+            load(&file, "imu_link")
+        };
+        let (told, message) = load(&good);
+        assert!(told.success && message.unwrap().valid, "{}", told.message);
+
+        let mut impossible = good.clone();
+        impossible.errors.gyroscope_drift.x = 1e6;
+        let (told, message) = load(&impossible);
+        let line = &told.message;
+        assert!(!told.success && message.is_none(), "{line}");
+        assert!(
+            line.contains("calibration.yaml") && line.contains("gyroscope_drift"),
+            "{line}"
+        );
+        assert!(!line.contains('\n'), "{line}");
+
+        let (told, message) = load(&Calibrated {
+            phase: Phase::Inconsistent,
+            ..good
+        });
+        assert!(
+            told.success && told.message.contains("inconsistent"),
+            "{}",
+            told.message
+        );
+        assert!(!message.unwrap().valid);
     }
 
     /// The parameter goes before the folder of ROS.

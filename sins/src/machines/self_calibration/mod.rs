@@ -17,6 +17,7 @@
 mod aiding;
 mod alignment;
 mod calibration_check;
+mod calibration_record;
 mod estimate;
 mod estimator;
 mod event;
@@ -26,6 +27,7 @@ mod schedule;
 mod sensor_knowledge;
 mod settings;
 
+pub use calibration_record::{CalibrationRecord, RecordedCovariance};
 pub use estimate::{Calibration, Estimate, Phase, SampleReport};
 pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
