@@ -7,13 +7,14 @@ use std::{
 };
 
 use memmap2::Mmap;
+use ros2_interfaces::Qos;
 use rotary_sins_msgs::known_type;
 
 use crate::{
     error::{Error, Warning},
     index::FileIndex,
     messages::{Messages, Selection},
-    metadata::{self, MetadataRead, Qos},
+    metadata::{self, MetadataRead},
 };
 
 /// A topic of a bag.
@@ -358,7 +359,7 @@ fn link_topics(files: &mut [BagFile]) -> Vec<Topic> {
                     qos: channel
                         .metadata
                         .get("offered_qos_profiles")
-                        .map(|y| Qos::parse_list(y))
+                        .map(|y| metadata::parse_profiles(y))
                         .unwrap_or_default(),
                     count: 0,
                 });

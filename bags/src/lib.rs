@@ -21,6 +21,6 @@ mod writer;
 pub use bag::{Bag, Topic};
 pub use error::{Damage, Error, Warning};
 pub use messages::{Messages, RawMessage, Selection};
-pub use metadata::Qos;
+pub use ros2_interfaces::Qos;
 pub use sensors::{Fix, Sample, SensorOptions, SensorStream, SensorTopics, last_position_before};
 pub use writer::{BagSummary, BagWriter, Compression, NewTopic, TopicId, WriteOptions};

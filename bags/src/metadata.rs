@@ -1,5 +1,6 @@
 //! `metadata.yaml` and quality of service, as rosbag2 writes them (version 9) and has written them (numbers or names).
 
+use ros2_interfaces::Qos;
 use serde::{Deserialize, Serialize};
 
 /// Name of the metadata file in the directory of a bag.
@@ -7,50 +8,19 @@ pub(crate) const FILE_NAME: &str = "metadata.yaml";
 /// The distribution whose conventions the bags follow.
 pub(crate) const DISTRIBUTION: &str = "jazzy";
 
-/// Quality of service of a publisher, as far as a player needs it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Qos {
-    /// How many samples are kept; 0 means all.
-    pub depth: u32,
-    /// Reliable, else best effort.
-    pub reliable: bool,
-    /// Transient local, else volatile.
-    pub transient_local: bool,
+/// Reads `offered_qos_profiles`; empty where there are none or they cannot be understood.
+pub(crate) fn parse_profiles(yaml: &str) -> Vec<Qos> {
+    if yaml.trim().is_empty() {
+        return Vec::new();
+    }
+    let profiles: Vec<QosRead> = serde_saphyr::from_str(yaml).unwrap_or_default();
+    profiles.into_iter().map(Qos::from).collect()
 }
 
-impl Qos {
-    /// Reliable, volatile, the last `depth` kept.
-    pub const fn reliable(depth: u32) -> Self {
-        Self {
-            depth,
-            reliable: true,
-            transient_local: false,
-        }
-    }
-
-    /// Reliable, transient local, the last `depth` kept.
-    pub const fn latched(depth: u32) -> Self {
-        Self {
-            depth,
-            reliable: true,
-            transient_local: true,
-        }
-    }
-
-    /// Reads `offered_qos_profiles`; empty where there are none or they cannot be understood.
-    pub fn parse_list(yaml: &str) -> Vec<Self> {
-        if yaml.trim().is_empty() {
-            return Vec::new();
-        }
-        let profiles: Vec<QosRead> = serde_saphyr::from_str(yaml).unwrap_or_default();
-        profiles.into_iter().map(Self::from).collect()
-    }
-
-    /// Writes `offered_qos_profiles`.
-    pub(crate) fn write_list(profiles: &[Self]) -> Result<String, String> {
-        let profiles: Vec<QosWritten> = profiles.iter().map(|&qos| qos.into()).collect();
-        serde_saphyr::to_string(&profiles).map_err(|error| error.to_string())
-    }
+/// Writes `offered_qos_profiles`.
+pub(crate) fn write_profiles(profiles: &[Qos]) -> Result<String, String> {
+    let profiles: Vec<QosWritten> = profiles.iter().map(|&qos| qos.into()).collect();
+    serde_saphyr::to_string(&profiles).map_err(|error| error.to_string())
 }
 
 /// A policy by its name, or by its number in bags of older distributions.
@@ -74,7 +44,7 @@ impl Policy {
 struct QosRead {
     history: Policy,
     #[serde(default)]
-    depth: u32,
+    depth: usize,
     reliability: Policy,
     durability: Policy,
 }
@@ -89,6 +59,8 @@ impl From<QosRead> for Qos {
             },
             reliable: !read.reliability.is("best_effort", 2),
             transient_local: read.durability.is("transient_local", 1),
+            // A player sends samples anew.
+            lifespan: None,
         }
     }
 }
@@ -109,7 +81,7 @@ const FOREVER: Span = Span {
 #[derive(Serialize)]
 pub(crate) struct QosWritten {
     history: &'static str,
-    depth: u32,
+    depth: usize,
     reliability: &'static str,
     durability: &'static str,
     deadline: Span,
@@ -233,10 +205,11 @@ mod tests {
                 depth: 0,
                 reliable: false,
                 transient_local: false,
+                lifespan: None,
             },
         ];
         assert_eq!(
-            Qos::parse_list(&Qos::write_list(&profiles).unwrap()),
+            parse_profiles(&write_profiles(&profiles).unwrap()),
             profiles
         );
     }
@@ -246,11 +219,12 @@ mod tests {
     fn numbers_of_older_distributions() {
         let yaml = "- history: 1\n  depth: 5\n  reliability: 2\n  durability: 1\n  lifespan:\n    sec: 1\n    nsec: 2\n";
         assert_eq!(
-            Qos::parse_list(yaml),
+            parse_profiles(yaml),
             [Qos {
                 depth: 5,
                 reliable: false,
-                transient_local: true
+                transient_local: true,
+                lifespan: None,
             }]
         );
     }
@@ -258,7 +232,7 @@ mod tests {
     /// Nonsense is no profile, and no panic.
     #[test]
     fn nonsense_is_no_profile() {
-        assert_eq!(Qos::parse_list("{{"), []);
-        assert_eq!(Qos::parse_list(""), []);
+        assert_eq!(parse_profiles("{{"), []);
+        assert_eq!(parse_profiles(""), []);
     }
 }

@@ -1,11 +1,12 @@
 //! The sensors of a bag as one stream of samples in the order of log time.
 
 use ros2_interfaces::{
-    RosMessage,
+    Interface, RosMessage,
     geometry_msgs::TwistWithCovarianceStamped,
-    sensor_msgs::{Imu, JointState, NavSatFix},
+    sensor_msgs::{Imu, NavSatFix},
 };
 use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time, velocity_from_twist};
+use rotary_sins_msgs::interfaces::topics;
 use sins::{
     earth::Position, estimation::filter::VelocityMeasurement, sensor::sample::ImuSample,
     table::JointSample, time::Stamp,
@@ -18,9 +19,6 @@ use crate::{
     messages::{Messages, RawMessage, Selection},
     samples,
 };
-
-/// The usual name of the Imu's topic.
-const IMU: &str = "/imu/data_raw";
 
 /// A position with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +79,11 @@ impl SensorTopics {
     /// # Errors
     /// [`Error::MissingTopic`] without a topic that was asked for by name.
     pub fn find(bag: &Bag, options: &SensorOptions) -> Result<Self, Error> {
-        let optional = |type_name, usual, wanted: Option<&str>| match bag
-            .find_topic(type_name, usual, wanted)
-        {
+        let optional = |usual: Interface, wanted: Option<&str>| match bag.find_topic(
+            usual.type_name,
+            &usual.within(""),
+            wanted,
+        ) {
             Err(error) if wanted.is_some() => Err(error),
             found => Ok(found.ok()),
         };
@@ -93,17 +93,13 @@ impl SensorTopics {
                 Some(bag.find_topic(TwistWithCovarianceStamped::TYPE_NAME, name, Some(name))?)
             }
             None => bag
-                .topic("/aiding/velocity")
+                .topic(&topics::AIDING_VELOCITY.within(""))
                 .filter(|&at| bag.topics()[at].type_name == TwistWithCovarianceStamped::TYPE_NAME),
         };
         Ok(Self {
-            imu: optional(Imu::TYPE_NAME, IMU, options.imu_topic.as_deref())?,
-            joints: optional(
-                JointState::TYPE_NAME,
-                "/turntable/joint_states",
-                options.joints_topic.as_deref(),
-            )?,
-            fix: optional(NavSatFix::TYPE_NAME, "/fix", options.fix_topic.as_deref())?,
+            imu: optional(topics::IMU_DATA_RAW.row(), options.imu_topic.as_deref())?,
+            joints: optional(topics::JOINT_STATES.row(), options.joints_topic.as_deref())?,
+            fix: optional(topics::FIX.row(), options.fix_topic.as_deref())?,
             velocity,
             read: [0; 4],
         })
@@ -151,7 +147,11 @@ impl<'b> SensorStream<'b> {
     /// # Errors
     /// [`Error::MissingTopic`] without an Imu, or without a topic that was asked for by name.
     pub fn new(bag: &'b Bag, options: &SensorOptions) -> Result<Self, Error> {
-        let imu = bag.find_topic(Imu::TYPE_NAME, IMU, options.imu_topic.as_deref())?;
+        let imu = bag.find_topic(
+            Imu::TYPE_NAME,
+            &topics::IMU_DATA_RAW.within(""),
+            options.imu_topic.as_deref(),
+        )?;
         let topics = SensorTopics::find(bag, options)?;
         let selection =
             Selection::topics(topics.all()).window(bag, options.start_offset, options.duration);

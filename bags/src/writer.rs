@@ -8,14 +8,14 @@ use std::{
 };
 
 use mcap::records::{MessageHeader, Metadata as MetadataRecord};
-use ros2_interfaces::RosMessage;
+use ros2_interfaces::{Qos, RosMessage};
 use rotary_sins_msgs::known_type;
 
 use crate::{
     cdr,
     error::Error,
     metadata::{
-        self, DISTRIBUTION, FileInformation, Information, Metadata, Nanoseconds, Qos, SinceEpoch,
+        self, DISTRIBUTION, FileInformation, Information, Metadata, Nanoseconds, SinceEpoch,
         TopicMetadata, TopicWithCount,
     },
 };
@@ -75,6 +75,11 @@ impl NewTopic {
             type_hash: Some(M::TYPE_HASH.to_owned()),
             qos: vec![qos],
         }
+    }
+
+    /// A topic that is a constant, in the root namespace.
+    pub fn on<M: RosMessage>(topic: &ros2_interfaces::Topic<M>) -> Self {
+        Self::of::<M>(topic.within(""), topic.qos)
     }
 
     /// A topic of any type; schema and hash where this suite knows them.
@@ -189,7 +194,8 @@ impl BagWriter {
             .writer
             .add_schema(&topic.type_name, encoding, text.as_bytes())
             .map_err(written)?;
-        let profiles = Qos::write_list(&topic.qos).map_err(|e| Error::write(&self.file, e))?;
+        let profiles =
+            metadata::write_profiles(&topic.qos).map_err(|e| Error::write(&self.file, e))?;
         let channel_metadata = BTreeMap::from([
             (
                 "offered_qos_profiles".to_owned(),

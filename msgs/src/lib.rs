@@ -1,6 +1,8 @@
 //! The messages and the action of the rotary SINS suite, as serde structures with their `ros2msg` text and type hash,
 //! and what the mathematics makes of messages.
 //!
+//! [`interfaces`] is the one list of topics, services and actions with their quality of service.
+//!
 //! The standard messages, the trait of a message and the registry of types are those of [`ros2_interfaces`].
 //!
 //! Features: `dds` implements `ros2_client::Message` for every type; `sins` adds `convert`, the one place where a
@@ -10,6 +12,7 @@
 pub mod convert;
 #[cfg(feature = "sins")]
 mod convert_simulation;
+pub mod interfaces;
 mod known;
 mod messages;
 mod self_calibrate;

@@ -3,13 +3,8 @@
 use std::collections::BTreeSet;
 
 use bags::{Bag, Error, SensorOptions, SensorTopics};
-use ros2_interfaces::{
-    RosMessage,
-    diagnostic_msgs::DiagnosticArray,
-    nav_msgs::Odometry,
-    sensor_msgs::{Imu, JointState, NavSatFix},
-};
-use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+use ros2_interfaces::Interface;
+use rotary_sins_msgs::interfaces::topics;
 
 /// What a message is to the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,62 +40,46 @@ impl Topics {
     /// [`Error::MissingTopic`] without a topic that was asked for by name.
     pub fn find(bag: &Bag, options: &SensorOptions) -> Result<Self, Error> {
         let space = namespace(bag, options);
-        let named = |usual: &str, type_name: &str| {
-            let at = bag.topic(&format!("{space}/{usual}"))?;
-            (bag.topics()[at].type_name == type_name).then_some(at)
+        let named = |usual: Interface| {
+            let at = bag.topic(&usual.within(&space))?;
+            (bag.topics()[at].type_name == usual.type_name).then_some(at)
         };
-        let within = |wanted: &Option<String>, usual: &str, type_name: &str| {
+        let within = |wanted: &Option<String>, usual: Interface| {
             wanted
                 .clone()
-                .or_else(|| named(usual, type_name).map(|at| bag.topics()[at].name.clone()))
+                .or_else(|| named(usual).map(|at| bag.topics()[at].name.clone()))
         };
         let options = SensorOptions {
-            imu_topic: within(&options.imu_topic, "imu/data_raw", Imu::TYPE_NAME),
-            joints_topic: within(
-                &options.joints_topic,
-                "turntable/joint_states",
-                JointState::TYPE_NAME,
-            ),
-            fix_topic: within(&options.fix_topic, "fix", NavSatFix::TYPE_NAME),
+            imu_topic: within(&options.imu_topic, topics::IMU_DATA_RAW.row()),
+            joints_topic: within(&options.joints_topic, topics::JOINT_STATES.row()),
+            fix_topic: within(&options.fix_topic, topics::FIX.row()),
             ..options.clone()
         };
         let mut roles = vec![None; bag.topics().len()];
         // Of these types there is one topic in a run, whatever its name.
-        for (role, usual, type_name) in [
-            (
-                Role::Estimate,
-                "self_calibration/estimate",
-                SelfCalibrationEstimate::TYPE_NAME,
-            ),
-            (Role::Scheme, "scheme/status", SchemeStatus::TYPE_NAME),
+        for (role, usual) in [
+            (Role::Estimate, topics::ESTIMATE.row()),
+            (Role::Scheme, topics::SCHEME_STATUS.row()),
         ] {
-            let only = || bag.find_topic(type_name, usual, None).ok();
-            if let Some(at) = named(usual, type_name).or_else(only) {
+            let only = || bag.find_topic(usual.type_name, usual.name, None).ok();
+            if let Some(at) = named(usual).or_else(only) {
                 roles[at] = Some(role);
             }
         }
-        for (role, usual, type_name) in [
-            (
-                Role::TrueCalibration,
-                "ground_truth/calibration",
-                Calibration::TYPE_NAME,
-            ),
-            (Role::TruePose, "ground_truth/odometry", Odometry::TYPE_NAME),
-            (Role::Odometry(0), "odometry", Odometry::TYPE_NAME),
-            (
-                Role::Odometry(1),
-                "uncompensated/odometry",
-                Odometry::TYPE_NAME,
-            ),
-            (Role::Fix(0), "fix_ins", NavSatFix::TYPE_NAME),
-            (Role::Fix(1), "uncompensated/fix_ins", NavSatFix::TYPE_NAME),
+        for (role, usual) in [
+            (Role::TrueCalibration, topics::TRUE_CALIBRATION.row()),
+            (Role::TruePose, topics::TRUE_ODOMETRY.row()),
+            (Role::Odometry(0), topics::ODOMETRY.row()),
+            (Role::Odometry(1), topics::UNCOMPENSATED_ODOMETRY.row()),
+            (Role::Fix(0), topics::FIX_INS.row()),
+            (Role::Fix(1), topics::UNCOMPENSATED_FIX_INS.row()),
         ] {
-            if let Some(at) = named(usual, type_name) {
+            if let Some(at) = named(usual) {
                 roles[at] = Some(role);
             }
         }
         for (role, topic) in roles.iter_mut().zip(bag.topics()) {
-            if topic.type_name == DiagnosticArray::TYPE_NAME {
+            if topic.type_name == topics::DIAGNOSTICS.row().type_name {
                 *role = Some(Role::Diagnostics);
             }
         }
@@ -119,29 +98,27 @@ impl Topics {
 /// What stands before the usual names: that of the IMU asked for, else that of topics that
 /// end like the suite's.
 fn namespace(bag: &Bag, options: &SensorOptions) -> String {
-    const MARKS: [(&str, &str); 5] = [
-        ("/imu/data_raw", Imu::TYPE_NAME),
-        (
-            "/self_calibration/estimate",
-            SelfCalibrationEstimate::TYPE_NAME,
-        ),
-        ("/scheme/status", SchemeStatus::TYPE_NAME),
-        ("/turntable/joint_states", JointState::TYPE_NAME),
-        ("/ground_truth/calibration", Calibration::TYPE_NAME),
+    const MARKS: [Interface; 5] = [
+        topics::IMU_DATA_RAW.row(),
+        topics::ESTIMATE.row(),
+        topics::SCHEME_STATUS.row(),
+        topics::JOINT_STATES.row(),
+        topics::TRUE_CALIBRATION.row(),
     ];
     if let Some(space) = options
         .imu_topic
         .as_ref()
-        .and_then(|name| name.strip_suffix(MARKS[0].0))
+        .and_then(|name| name.strip_suffix(&MARKS[0].within("")))
     {
         return space.to_owned();
     }
-    for (usual, type_name) in MARKS {
+    for usual in MARKS {
+        let suffix = usual.within("");
         let spaces: BTreeSet<&str> = bag
             .topics()
             .iter()
-            .filter(|topic| topic.type_name == type_name)
-            .filter_map(|topic| topic.name.strip_suffix(usual))
+            .filter(|topic| topic.type_name == usual.type_name)
+            .filter_map(|topic| topic.name.strip_suffix(&suffix))
             .collect();
         // With several ships in one bag, the options have to tell.
         match spaces.first() {

@@ -12,13 +12,16 @@ pub mod cdr;
 pub mod control_msgs;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;
+mod interface;
 mod known;
 pub mod lifecycle_msgs;
 mod message;
 pub mod nav_msgs;
+mod qos;
 pub mod rcl_interfaces;
 pub mod rosgraph_msgs;
 pub mod sensor_msgs;
+pub mod standard_topics;
 pub mod std_msgs;
 pub mod std_srvs;
 pub mod tf2_msgs;
@@ -28,8 +31,10 @@ pub mod type_description_interfaces;
 #[cfg(feature = "nalgebra")]
 mod vectors;
 
+pub use interface::{Action, Interface, InterfaceKind, Service, Topic};
 pub use known::{KnownType, Registry, RegistryError};
 pub use message::{RosMessage, action_part};
+pub use qos::{Qos, SENSOR_DEPTH};
 pub use type_description::type_hash;
 
 /// For the macros of this crate.

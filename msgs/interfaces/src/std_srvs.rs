@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::ros_service_part;
 
+/// Name of the type of [`TriggerRequest`] and [`TriggerResponse`].
+pub const TRIGGER: &str = "std_srvs/srv/Trigger";
+
 /// Asks a node to do the one thing the service is for.
 ///
 /// CDR has no empty structure: rosidl puts one byte in its place, and so does this type.

@@ -5,17 +5,18 @@
 
 use ros_node::{ActionServer, GoalHandle, Node};
 use ros2_interfaces::control_msgs::{
-    FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryFeedback as Feedback,
-    FollowJointTrajectoryGoal as Goal, FollowJointTrajectoryResult as Outcome, JointTolerance,
+    FollowJointTrajectoryFeedback as Feedback, FollowJointTrajectoryGoal as Goal,
+    FollowJointTrajectoryResult as Outcome, JointTolerance,
 };
 use ros2_interfaces::trajectory_msgs::JointTrajectoryPoint;
 use rotary_sins_msgs::convert::{ConvertError, FromMessage, header, stamp_from_time};
+use rotary_sins_msgs::interfaces::actions::FOLLOW_JOINT_TRAJECTORY;
 use sins::simulation::Simulator;
 use sins::table::{self, JOINT_NAMES, JointState, Trajectory, violation};
 use sins::time::{Stamp, seconds_to_nanos};
 
-/// Name of the action.
-pub const ACTION: &str = "turntable/follow_joint_trajectory";
+/// Name of the action, for log lines.
+const ACTION: &str = FOLLOW_JOINT_TRAJECTORY.name;
 /// Simulated time between two feedbacks \[s\].
 const FEEDBACK_PERIOD_S: f64 = 0.1;
 /// Tolerances where a goal has none: at the end \[rad\], and so long after it \[s\]. On the way there is none.
@@ -58,9 +59,8 @@ impl Follower {
     /// A name that is none, or a middleware that refuses.
     pub fn new(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
-            server: node.action_server(
-                ACTION,
-                FOLLOW_JOINT_TRAJECTORY,
+            server: node.serve_action(
+                &FOLLOW_JOINT_TRAJECTORY,
                 outcome(
                     Outcome::INVALID_GOAL,
                     "given up: the table's node ends".to_owned(),

@@ -5,19 +5,22 @@ use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use ros_node::{Endings, Level, Node, Qos, Report, Subscription};
+use ros_node::{Endings, Level, Node, Report, Subscription};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
+use rotary_sins_msgs::interfaces::topics::JOINT_TRAJECTORY;
 use sins::simulation::Simulator;
 use sins::table::Trajectory;
 use sins::time::{Stamp, seconds_to_nanos};
 
 use crate::follow::Follower;
-use crate::outputs::{Outputs, TOPICS, TRAJECTORY};
+use crate::outputs::{Outputs, TOPICS};
 use crate::pacing::Pacer;
 use crate::parameters::{Settings, settings};
 use crate::wait_list::{self, Wait};
 
+/// The topic by which the table is moved, for log lines.
+const TRAJECTORY: &str = JOINT_TRAJECTORY.name;
 /// Samples between two looks at the clock and at the trajectories.
 const BATCH: u32 = 200;
 /// Wall time between two ticks of `/clock`, at most.
@@ -56,7 +59,7 @@ pub async fn main(node: Node) -> Result<()> {
     let wait_timeout = settings.wait_timeout_s.map(Duration::from_secs_f64);
     let mut simulator = Simulator::new(settings.simulator)?;
     let mut outputs = Outputs::new(&node, &settings)?;
-    let trajectories = node.subscription::<JointTrajectory>(TRAJECTORY, Qos::reliable(100))?;
+    let trajectories = node.subscribe_on(&JOINT_TRAJECTORY)?;
     let follower = Follower::new(&node)?;
     let progress = Arc::new(SimulatedTime::default());
     diagnose(&node, &progress, &settings);

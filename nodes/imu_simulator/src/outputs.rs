@@ -3,13 +3,17 @@
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use ros_node::{Node, Published, Publisher, Qos};
+use ros_node::{Node, Published, Publisher};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::rosgraph_msgs::Clock;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::convert::{ToMessage, imu_from_sample, odometry_of_block};
+use rotary_sins_msgs::interfaces::topics::{
+    AIDING_VELOCITY, CLOCK, FIX, IMU_DATA_RAW, JOINT_STATES, JOINT_TRAJECTORY, TRUE_CALIBRATION,
+    TRUE_ODOMETRY,
+};
 use sins::simulation::{Simulator, Tick};
 use sins::table::JointSample;
 use sins::time::Stamp;
@@ -17,23 +21,16 @@ use sins::time::Stamp;
 use crate::parameters::Settings;
 use crate::wait_list::Wait;
 
-const IMU: &str = "imu/data_raw";
-const JOINTS: &str = "turntable/joint_states";
-const FIX: &str = "fix";
-const VELOCITY: &str = "aiding/velocity";
-const ODOMETRY: &str = "ground_truth/odometry";
-const CALIBRATION: &str = "ground_truth/calibration";
-/// The input, which can be waited for too.
-pub const TRAJECTORY: &str = "turntable/joint_trajectory";
 /// Topics that can be waited for.
 pub const TOPICS: [&str; 7] = [
-    IMU,
-    JOINTS,
-    FIX,
-    VELOCITY,
-    ODOMETRY,
-    CALIBRATION,
-    TRAJECTORY,
+    IMU_DATA_RAW.name,
+    JOINT_STATES.name,
+    FIX.name,
+    AIDING_VELOCITY.name,
+    TRUE_ODOMETRY.name,
+    TRUE_CALIBRATION.name,
+    // The input, which can be waited for too.
+    JOINT_TRAJECTORY.name,
 ];
 
 /// How long simulated time stands still for the subscribers of one topic.
@@ -86,18 +83,18 @@ impl Outputs {
     pub fn new(node: &Node, settings: &Settings) -> Result<Self> {
         let publish_timeout = Duration::from_secs_f64(settings.publish_timeout_s);
         let velocity = if settings.velocity_aiding {
-            Some(node.publisher(VELOCITY, Qos::reliable(100))?)
+            Some(node.publish_on(&AIDING_VELOCITY)?)
         } else {
             None
         };
         Ok(Self {
-            imu: node.publisher(IMU, Qos::sensor())?,
-            joints: node.publisher(JOINTS, Qos::sensor())?,
-            fix: node.publisher(FIX, Qos::reliable(1000))?,
+            imu: node.publish_on(&IMU_DATA_RAW)?,
+            joints: node.publish_on(&JOINT_STATES)?,
+            fix: node.publish_on(&FIX)?,
             velocity,
-            odometry: node.publisher(ODOMETRY, Qos::reliable(1000))?,
-            calibration: node.publisher(CALIBRATION, Qos::latched(1))?,
-            clock: node.publisher("/clock", Qos::best_effort(1))?,
+            odometry: node.publish_on(&TRUE_ODOMETRY)?,
+            calibration: node.publish_on(&TRUE_CALIBRATION)?,
+            clock: node.publish_on(&CLOCK)?,
             imu_patience: Patience::new(publish_timeout),
             joints_patience: Patience::new(publish_timeout),
         })
@@ -110,11 +107,19 @@ impl Outputs {
     pub async fn wait_for(&self, wait: &Wait, timeout: Duration) -> Result<()> {
         let count = wait.count;
         let there = match wait.topic.as_str() {
-            IMU => self.imu.wait_for_subscribers(count, timeout).await,
-            JOINTS => self.joints.wait_for_subscribers(count, timeout).await,
-            FIX => self.fix.wait_for_subscribers(count, timeout).await,
-            ODOMETRY => self.odometry.wait_for_subscribers(count, timeout).await,
-            CALIBRATION => self.calibration.wait_for_subscribers(count, timeout).await,
+            name if name == IMU_DATA_RAW.name => {
+                self.imu.wait_for_subscribers(count, timeout).await
+            }
+            name if name == JOINT_STATES.name => {
+                self.joints.wait_for_subscribers(count, timeout).await
+            }
+            name if name == FIX.name => self.fix.wait_for_subscribers(count, timeout).await,
+            name if name == TRUE_ODOMETRY.name => {
+                self.odometry.wait_for_subscribers(count, timeout).await
+            }
+            name if name == TRUE_CALIBRATION.name => {
+                self.calibration.wait_for_subscribers(count, timeout).await
+            }
             topic => {
                 let velocity = self.velocity.as_ref();
                 let velocity = velocity.with_context(|| {

@@ -1,6 +1,7 @@
 //! What the first sample waits for: `topic:count`.
 
 use anyhow::{Result, bail};
+use rotary_sins_msgs::interfaces::topics::IMU_DATA_RAW;
 
 /// One entry of the parameter `wait_for_subscribers`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +24,7 @@ pub fn parse(entries: &[String], known: &[&str]) -> Result<Vec<Wait>> {
 }
 
 fn parse_one(entry: &str, known: &[&str]) -> Result<Wait> {
-    let expected = "expected topic:count, e.g. imu/data_raw:2";
+    let expected = format!("expected topic:count, e.g. {}:2", IMU_DATA_RAW.name);
     let Some((topic, count)) = entry.rsplit_once(':') else {
         bail!("parameter 'wait_for_subscribers': '{entry}', {expected}");
     };

@@ -12,6 +12,7 @@ use rotary_sins_msgs::Calibration;
 use rotary_sins_msgs::convert::{
     FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
 };
+use rotary_sins_msgs::interfaces::topics;
 use ship_sentences::Motion;
 use sins::earth::Position;
 use sins::machines::navigator::{
@@ -24,20 +25,6 @@ use sins::{Error, Stamp};
 
 use crate::parameters::NodeSettings;
 use crate::{instruments, transforms, translation};
-
-/// Topics of the node, as they are named before remapping.
-pub mod topic {
-    /// Samples of the IMU.
-    pub const IMU: &str = "imu/data_raw";
-    /// Encoders of the table.
-    pub const JOINTS: &str = "turntable/joint_states";
-    /// Position of the ship.
-    pub const FIX: &str = "fix";
-    /// Velocity of the ship.
-    pub const VELOCITY: &str = "aiding/velocity";
-    /// Calibrations.
-    pub const CALIBRATION: &str = "self_calibration/calibration";
-}
 
 /// One solution as messages.
 #[derive(Clone, Debug, Default)]
@@ -137,11 +124,11 @@ impl Compensator {
             phase: navigator.phase(),
             navigator,
             inputs: Inputs {
-                imu: InputWatch::required(topic::IMU, silence),
-                joints: InputWatch::optional(topic::JOINTS, silence),
-                fix: InputWatch::optional(topic::FIX, silence),
-                velocity: InputWatch::optional(topic::VELOCITY, silence),
-                calibration: InputWatch::optional(topic::CALIBRATION, silence),
+                imu: InputWatch::required(topics::IMU_DATA_RAW.name, silence),
+                joints: InputWatch::optional(topics::JOINT_STATES.name, silence),
+                fix: InputWatch::optional(topics::FIX.name, silence),
+                velocity: InputWatch::optional(topics::AIDING_VELOCITY.name, silence),
+                calibration: InputWatch::optional(topics::CALIBRATION.name, silence),
             },
             imu_stamps: StreamMonitor::default(),
             publishers: PublisherCount::default(),
@@ -244,7 +231,7 @@ impl Compensator {
 
     /// So many publish on the topic of the samples.
     pub fn publishers(&mut self, count: usize) {
-        self.publishers.take(topic::IMU, count);
+        self.publishers.take(topics::IMU_DATA_RAW.name, count);
     }
 
     /// A sample; it goes on when its joint state is there.
@@ -310,7 +297,7 @@ impl Compensator {
                     let stamp = stamp.nanos();
                     tracing::warn!(
                         "{}: a hole of {seconds:.3} s up to {stamp} ns: {how}",
-                        topic::IMU
+                        topics::IMU_DATA_RAW.name
                     );
                 }
                 NavigatorEvent::AlignmentFailed { reason, .. } => {
@@ -321,7 +308,7 @@ impl Compensator {
     }
 
     fn trouble(&mut self, problem: String) {
-        tracing::error!("{}: {problem}", topic::IMU);
+        tracing::error!("{}: {problem}", topics::IMU_DATA_RAW.name);
         self.problem = Some(problem);
     }
 

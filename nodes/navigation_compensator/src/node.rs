@@ -3,14 +3,13 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use ros_node::{Node, Publisher, Qos, Report, Subscription};
+use ros_node::{Node, Publisher, Report, SENSOR_DEPTH};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
-use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
-use ros2_interfaces::tf2_msgs::TFMessage;
-use rotary_sins_msgs::Calibration;
+use ros2_interfaces::sensor_msgs::{Imu, NavSatFix};
+use rotary_sins_msgs::interfaces::topics;
 
-use crate::compensator::{Compensator, Output, SolutionMessages, topic};
+use crate::compensator::{Compensator, Output, SolutionMessages};
 use crate::instruments::Instruments;
 use crate::parameters;
 use sins::machines::self_calibration::Reference;
@@ -19,12 +18,6 @@ use sins::machines::self_calibration::Reference;
 const TICK: Duration = Duration::from_millis(500);
 /// Messages of a topic taken in one go, so that other inputs get their turn.
 const BATCH: usize = 512;
-/// Acknowledged messages that a writer keeps; what is not acknowledged yet it keeps anyway. Nobody gets them again, and at the rate
-/// of the IMU they would be most of the node's memory.
-const OUTPUT_DEPTH: usize = 100;
-/// The same for the samples, for which the project promises as much.
-const IMU_DEPTH: usize = 1000;
-
 /// Time for the samples that wait for their joint states: they go on without.
 const ENDING: Duration = Duration::from_secs(3);
 
@@ -48,12 +41,21 @@ struct SolutionPublishers {
 }
 
 impl SolutionPublishers {
-    fn new(node: &Node, prefix: &str) -> ros_node::Result<Self> {
+    fn compensated(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
-            imu: node.publisher(&format!("{prefix}imu/data"), Qos::reliable(IMU_DEPTH))?,
-            odometry: node.publisher(&format!("{prefix}odometry"), Qos::reliable(OUTPUT_DEPTH))?,
-            fix: node.publisher(&format!("{prefix}fix_ins"), Qos::reliable(OUTPUT_DEPTH))?,
-            velocity: node.publisher(&format!("{prefix}velocity"), Qos::reliable(OUTPUT_DEPTH))?,
+            imu: node.publish_on(&topics::IMU_DATA)?,
+            odometry: node.publish_on(&topics::ODOMETRY)?,
+            fix: node.publish_on(&topics::FIX_INS)?,
+            velocity: node.publish_on(&topics::VELOCITY)?,
+        })
+    }
+
+    fn uncompensated(node: &Node) -> ros_node::Result<Self> {
+        Ok(Self {
+            imu: node.publish_on(&topics::UNCOMPENSATED_IMU_DATA)?,
+            odometry: node.publish_on(&topics::UNCOMPENSATED_ODOMETRY)?,
+            fix: node.publish_on(&topics::UNCOMPENSATED_FIX_INS)?,
+            velocity: node.publish_on(&topics::UNCOMPENSATED_VELOCITY)?,
         })
     }
 
@@ -83,11 +85,11 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let settings = given.node()?;
     let reference = settings.navigator.alignment.reference;
     let shared = Shared(Arc::new(Mutex::new(Compensator::new(settings)?)));
-    let compensated = SolutionPublishers::new(&node, "")?;
-    let uncompensated = SolutionPublishers::new(&node, "uncompensated/")?;
+    let compensated = SolutionPublishers::compensated(&node)?;
+    let uncompensated = SolutionPublishers::uncompensated(&node)?;
     let (frames, fixed_frames) = (
-        node.publisher::<TFMessage>("/tf", Qos::reliable(OUTPUT_DEPTH))?,
-        node.publisher::<TFMessage>("/tf_static", Qos::latched(1))?,
+        node.publish_on(&topics::TF)?,
+        node.publish_on(&topics::TF_STATIC)?,
     );
     let instruments = Instruments::open(&given.instruments, clock_of(&node))?
         .map(|instruments| Arc::new(Mutex::new(instruments)));
@@ -107,17 +109,17 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             locked(instruments).send(motion);
         }
     };
-    let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
+    let mut fixes = node.subscribe_on(&topics::FIX.with_depth(10))?;
     let depth = given.queue_depth();
-    let mut joints: Subscription<JointState> =
-        node.subscription(topic::JOINTS, Qos::reliable(depth))?;
-    let mut calibrations: Subscription<Calibration> =
-        node.subscription(topic::CALIBRATION, Qos::latched(1))?;
-    let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match reference {
-        Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
+    let mut joints = node.subscribe_on(&topics::JOINT_STATES.with_depth(depth))?;
+    let mut calibrations = node.subscribe_on(&topics::CALIBRATION)?;
+    let mut velocities = match reference {
+        Reference::Measured { .. } => {
+            Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
+        }
         Reference::Moored { .. } => None,
     };
-    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
+    let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     watch(&node, &shared);
     node.set_ready();
     let mut endings = node.endings(ENDING);

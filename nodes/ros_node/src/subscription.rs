@@ -13,7 +13,7 @@ use rustdds::{GUID, Topic};
 
 use crate::graph::{Fallback, Graph};
 use crate::lifecycle::Gate;
-use crate::qos::Qos;
+use crate::qos::{Profile, Qos};
 
 /// Receives messages of one type from one topic; also a [`Stream`] of them that never ends.
 ///

@@ -12,6 +12,7 @@ use bags::{Bag, Selection};
 use clap::Args;
 use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
 use ros2_interfaces::{builtin_interfaces::Time, rosgraph_msgs::Clock};
+use rotary_sins_msgs::interfaces::topics::CLOCK;
 
 use crate::{output, progress::SecondsBar};
 
@@ -208,7 +209,7 @@ fn selection(bag: &Bag, options: &Options) -> anyhow::Result<Selection> {
         topics = (0..bag.topics().len()).collect();
     }
     if !options.no_clock {
-        topics.retain(|&at| bag.topics()[at].name != "/clock");
+        topics.retain(|&at| bag.topics()[at].name != CLOCK.name);
     }
     ensure!(
         !topics.is_empty(),
@@ -242,11 +243,7 @@ impl<'b> Player<'b> {
                 !topic.qos.is_empty() && topic.qos.iter().all(|qos| qos.transient_local);
             let qos = if is_latched {
                 let depth = topic.qos.iter().map(|qos| qos.depth).max().unwrap_or(1);
-                Qos::latched(if depth == 0 {
-                    SENSOR_DEPTH
-                } else {
-                    depth as usize
-                })
+                Qos::latched(if depth == 0 { SENSOR_DEPTH } else { depth })
             } else {
                 Qos::reliable(SENSOR_DEPTH)
             };
@@ -259,7 +256,8 @@ impl<'b> Player<'b> {
         let clock = if options.no_clock {
             None
         } else {
-            Some(node.publisher("/clock", Qos::reliable(10))?)
+            // Reliable: a player's time is not told again soon.
+            Some(node.publisher(CLOCK.name, Qos::reliable(10))?)
         };
         Ok(Self {
             bag,

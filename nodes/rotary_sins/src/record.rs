@@ -17,6 +17,7 @@ use bags::{BagSummary, BagWriter, NewTopic, TopicId, WriteOptions, cdr::ENCAPSUL
 use clap::Args;
 use ros_node::{DiscoveredPublisher, Node, NodeBuilder, Payload, Qos, SENSOR_DEPTH, Subscription};
 use ros2_interfaces::KnownType;
+use rotary_sins_msgs::interfaces::topics::CLOCK;
 use rotary_sins_msgs::known_type;
 use sins::time::Stamp;
 use tokio::{sync::mpsc, task::JoinSet};
@@ -34,8 +35,6 @@ const QUEUE: usize = 256;
 
 /// Exit status where the bag is whole, but messages did not reach it.
 const LOST: u8 = 3;
-
-const CLOCK: &str = "/clock";
 
 /// A stamp that is further than this from the simulated time is of another clock \[ns\].
 const SAME_CLOCK: i64 = 600_000_000_000;
@@ -177,7 +176,7 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
     let (losses, summary) = told_while_slow(end, &options.output).await?;
     report(&summary, &losses, &wanted, &seen);
     // Every time on /clock stands for those before it, and its publishers offer best effort: a lost one is missed by nobody.
-    let is_loss = |(topic, lost): &(String, u64)| *lost > 0 && topic != CLOCK;
+    let is_loss = |(topic, lost): &(String, u64)| *lost > 0 && topic != CLOCK.name;
     Ok(losses.iter().any(is_loss))
 }
 
@@ -269,10 +268,11 @@ impl Recorder {
             ..Qos::reliable(self.depth)
         };
         let subscription = self.node.raw_subscription(topic, type_name, qos)?;
-        let offered = bags::Qos {
+        let offered = Qos {
             depth: if *transient_local { 10 } else { 1000 },
             reliable: *reliable,
             transient_local: *transient_local,
+            lifespan: None,
         };
         let new_topic = NewTopic::named(topic, type_name, vec![offered]);
         let (reply, answer) = tokio::sync::oneshot::channel();

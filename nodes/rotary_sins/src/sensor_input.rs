@@ -8,6 +8,7 @@ use bags::{Bag, Sample, SensorOptions, SensorStream};
 use clap::Args;
 use ros_node::ParameterSet;
 use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
+use rotary_sins_msgs::interfaces::topics::FIX;
 use sins::{earth::Position, machines::self_calibration::Event, table::Turntable};
 
 use crate::{
@@ -121,7 +122,11 @@ impl SensorInput {
             return path.to_string();
         }
         let instead = "or give --latitude-deg and --longitude-deg";
-        let topic = match bag.find_topic(NavSatFix::TYPE_NAME, "/fix", self.fix_topic.as_deref()) {
+        let topic = match bag.find_topic(
+            NavSatFix::TYPE_NAME,
+            &FIX.within(""),
+            self.fix_topic.as_deref(),
+        ) {
             Ok(topic) => topic,
             Err(error) => return format!("{error}; {instead}"),
         };

@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use bags::{BagWriter, Compression, NewTopic, Qos, TopicId, WriteOptions};
+use bags::{BagWriter, Compression, NewTopic, TopicId, WriteOptions};
 use clap::{Args, ValueEnum};
 use ros_node::ParameterSet;
 use ros2_interfaces::{
     RosMessage,
     geometry_msgs::TwistWithCovarianceStamped,
-    sensor_msgs::{Imu, JointState, NavSatFix},
+    sensor_msgs::{JointState, NavSatFix},
 };
 use rotary_sins_msgs::convert::{ToMessage, imu_from_sample};
+use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus};
 use serde::Serialize;
 use sins::{
@@ -233,26 +234,14 @@ impl Output {
             ..WriteOptions::default()
         };
         let mut bag = BagWriter::create(&options.output, write_options)?;
-        let samples = Qos::reliable(1000);
         Ok(Self {
-            imu: bag.add_topic(NewTopic::of::<Imu>("/imu/data_raw", samples))?,
-            joints: bag.add_topic(NewTopic::of::<JointState>(
-                "/turntable/joint_states",
-                samples,
-            ))?,
-            fix: bag.add_topic(NewTopic::of::<NavSatFix>("/fix", Qos::reliable(10)))?,
-            velocity: bag.add_topic(NewTopic::of::<TwistWithCovarianceStamped>(
-                "/aiding/velocity",
-                Qos::reliable(10),
-            ))?,
-            status: bag.add_topic(NewTopic::of::<SchemeStatus>(
-                "/scheme/status",
-                Qos::latched(1),
-            ))?,
-            truth: bag.add_topic(NewTopic::of::<Calibration>(
-                "/ground_truth/calibration",
-                Qos::latched(1),
-            ))?,
+            imu: bag.add_topic(NewTopic::on(&topics::IMU_DATA_RAW.with_depth(1000)))?,
+            joints: bag.add_topic(NewTopic::on(&topics::JOINT_STATES.with_depth(1000)))?,
+            fix: bag.add_topic(NewTopic::on(&topics::FIX.with_depth(10)))?,
+            velocity: bag.add_topic(NewTopic::on(&topics::AIDING_VELOCITY.with_depth(10)))?,
+            // Who comes late in a replay wants the newest only.
+            status: bag.add_topic(NewTopic::on(&topics::SCHEME_STATUS.with_depth(1)))?,
+            truth: bag.add_topic(NewTopic::on(&topics::TRUE_CALIBRATION))?,
             bag,
             last_status: None,
         })

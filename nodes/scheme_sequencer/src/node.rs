@@ -4,11 +4,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Result;
-use ros_node::{Ending, InputWatch, Level, Node, Publisher, Purpose, Qos, Report};
+use ros_node::{Ending, InputWatch, Level, Node, Publisher, Purpose, Report};
 use ros2_interfaces::sensor_msgs::JointState;
-use ros2_interfaces::std_srvs::TriggerResponse;
+use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::convert::{FromMessage, ToMessage};
+use rotary_sins_msgs::interfaces::services;
+use rotary_sins_msgs::interfaces::topics::{JOINT_STATES, SCHEME_STATUS};
 use sins::table::JointSample;
 use sins::table::scheme::Sequencer;
 use sins::table::scheme::sequencer::{Command, Refused, SequencerSettings, State, Status};
@@ -18,7 +20,6 @@ use crate::parameters;
 use crate::stopping::{self, Stopping};
 use crate::table::{Motion, News, Table};
 
-const JOINT_STATES: &str = "turntable/joint_states";
 /// Joint states taken at once.
 const BATCH: usize = 256;
 /// Time between two statuses where nothing changes \[s of the joint states' time\].
@@ -212,15 +213,12 @@ impl Shared {
             ending.done();
             return None;
         };
-        tracing::info!(
-            "the node {}: the scheme is {}",
-            ending.purpose().verb(),
-            if is_pause {
-                "paused until ~/resume"
-            } else {
-                "aborted"
-            }
-        );
+        let what = if is_pause {
+            format!("paused until {}", services::RESUME.name)
+        } else {
+            "aborted".to_owned()
+        };
+        tracing::info!("the node {}: the scheme is {what}", ending.purpose().verb());
         let heard = self.tell(&mut machine, command.as_ref());
         // Before the first joint state nothing was commanded.
         let is_known = machine.sequencer.status().stamp != Stamp::default();
@@ -295,17 +293,17 @@ pub async fn main(node: Node) -> Result<()> {
     let (name, axes) = (program.name.clone(), program.table);
     let (table, driver) = Table::new(&node, &settings, given.uses_action)?;
     let mut endings = node.endings(Duration::from_secs_f64(settings.arrival_timeout_s));
-    let mut joint_states = node.subscription::<JointState>(JOINT_STATES, Qos::sensor())?;
+    let mut joint_states = node.subscribe_on(&JOINT_STATES)?;
     let shared = Shared {
         machine: Arc::new(Mutex::new(Machine {
             sequencer: Sequencer::new(program, settings)?,
-            watch: InputWatch::required(JOINT_STATES, PATIENCE),
+            watch: InputWatch::required(JOINT_STATES.name, PATIENCE),
             published: None,
             goal: GoalWatch::default(),
         })),
         table,
         settings,
-        statuses: node.publisher("scheme/status", Qos::latched(100))?,
+        statuses: node.publish_on(&SCHEME_STATUS)?,
     };
     if let Some(driver) = driver {
         let shared = shared.clone();
@@ -356,22 +354,23 @@ pub async fn main(node: Node) -> Result<()> {
 }
 
 fn serve(node: &Node, shared: &Shared) -> Result<()> {
+    type Trigger = ros2_interfaces::Service<TriggerRequest, TriggerResponse>;
     type Ask = fn(&mut Sequencer) -> Result<Option<Command>, Refused>;
-    let services: [(&str, &str, Ask); 4] = [
-        ("~/start", "started", |sequencer| {
+    let asks: [(Trigger, &str, Ask); 4] = [
+        (services::START, "started", |sequencer| {
             sequencer.start().map(|()| None)
         }),
-        ("~/pause", "paused", Sequencer::pause),
-        ("~/resume", "resumed", |sequencer| {
+        (services::PAUSE, "paused", Sequencer::pause),
+        (services::RESUME, "resumed", |sequencer| {
             sequencer.resume().map(|()| None)
         }),
-        ("~/abort", "aborted", |sequencer| {
+        (services::ABORT, "aborted", |sequencer| {
             sequencer.abort().map(Some)
         }),
     ];
-    for (name, done, ask) in services {
+    for (service, done, ask) in asks {
         let shared = shared.clone();
-        node.serve_trigger_while_active(name, move || shared.request(done, ask))?;
+        node.serve_trigger_while_active(&service, move || shared.request(done, ask))?;
     }
     Ok(())
 }

@@ -6,21 +6,20 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ros_node::{
-    ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Published, Publisher, Qos, RemoteGoal,
+    ActionClient, CancelReturn, GoalNews, GoalStatus, Node, Published, Publisher, RemoteGoal,
 };
 use ros2_interfaces::control_msgs::{
-    FOLLOW_JOINT_TRAJECTORY, FollowJointTrajectoryGoal as Goal,
-    FollowJointTrajectoryProgress as Progress, FollowJointTrajectoryResult as Outcome,
-    JointTolerance,
+    FollowJointTrajectoryGoal as Goal, FollowJointTrajectoryProgress as Progress,
+    FollowJointTrajectoryResult as Outcome, JointTolerance,
 };
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use rotary_sins_msgs::convert::ToMessage;
+use rotary_sins_msgs::interfaces::actions::FOLLOW_JOINT_TRAJECTORY;
+use rotary_sins_msgs::interfaces::topics::JOINT_TRAJECTORY;
 use sins::table::JOINT_NAMES;
 use sins::table::scheme::sequencer::{Command, SequencerSettings};
 use tokio::sync::watch;
 
-const TOPIC: &str = "turntable/joint_trajectory";
-const ACTION: &str = "turntable/follow_joint_trajectory";
 /// Wall time that the action's server has for an answer, and to be there when a motion is due.
 const ANSWER: Duration = Duration::from_secs(10);
 /// How often it is looked whether the server of a motion under way is still there.
@@ -73,12 +72,13 @@ impl Table {
         uses_action: bool,
     ) -> ros_node::Result<(Self, Option<Driver>)> {
         if !uses_action {
-            return Ok((
-                Self::Topic(node.publisher(TOPIC, Qos::reliable(100))?),
-                None,
-            ));
+            return Ok((Self::Topic(node.publish_on(&JOINT_TRAJECTORY)?), None));
         }
-        let client: Client = node.action_client(ACTION, FOLLOW_JOINT_TRAJECTORY)?;
+        // Not all of the feedback is the same in every version of control_msgs; its head is.
+        let client: Client = node.action_client(
+            FOLLOW_JOINT_TRAJECTORY.name,
+            FOLLOW_JOINT_TRAJECTORY.type_name,
+        )?;
         let (motions, newest) = watch::channel(None);
         let motions = Arc::new(motions);
         let driver = Driver {

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use ros_node::{ActionServer, GoalHandle, InputWatch, Node, Purpose};
 use rotary_sins_msgs::convert::stamp_from_time;
+use rotary_sins_msgs::interfaces::actions::SELF_CALIBRATE;
 use rotary_sins_msgs::{
     Calibration, SchemeStatus, SelfCalibrateFeedback as Feedback, SelfCalibrateGoal as Goal,
     SelfCalibrateResult as Outcome, SelfCalibrationEstimate,
@@ -13,7 +14,8 @@ use sins::machines::self_calibration::Thresholds;
 
 use crate::calibrator::{Calibrator, Output};
 
-const ACTION: &str = "~/self_calibrate";
+/// Name of the action, for log lines.
+const ACTION: &str = SELF_CALIBRATE.name;
 /// Times the patience with the samples after which a goal is given up: a driver may be started anew meanwhile.
 const SILENCES: u32 = 10;
 
@@ -39,9 +41,8 @@ impl SelfCalibrate {
     pub fn new(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
             // A default would say that it has converged.
-            server: node.action_server(
-                ACTION,
-                Goal::ACTION,
+            server: node.serve_action(
+                &SELF_CALIBRATE,
                 Outcome {
                     code: Outcome::SHUTDOWN,
                     message: "given up: the calibrator ends".to_owned(),

@@ -12,6 +12,7 @@ use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::convert::{
     FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
 };
+use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::machines::self_calibration::{
     Estimate, Event, Phase, Reference, SelfCalibration, Settings, Thresholds,
@@ -24,30 +25,12 @@ use sins::{Error, Stamp};
 
 use crate::{phase, storage, translation};
 
-/// Topics of the node, as they are named before remapping.
-pub mod topic {
-    /// Samples of the IMU.
-    pub const IMU: &str = "imu/data_raw";
-    /// Encoders of the table.
-    pub const JOINTS: &str = "turntable/joint_states";
-    /// Position of the ship.
-    pub const FIX: &str = "fix";
-    /// Velocity of the ship.
-    pub const VELOCITY: &str = "aiding/velocity";
-    /// Where the rotation scheme stands.
-    pub const SCHEME: &str = "scheme/status";
-    /// Estimates.
-    pub const ESTIMATE: &str = "self_calibration/estimate";
-    /// Calibrations.
-    pub const CALIBRATION: &str = "self_calibration/calibration";
-}
-
 /// What is to be published.
 #[derive(Debug, Default)]
 pub struct Output {
-    /// On [`topic::ESTIMATE`].
+    /// On [`topics::ESTIMATE`].
     pub estimate: Option<SelfCalibrationEstimate>,
-    /// On [`topic::CALIBRATION`].
+    /// On [`topics::CALIBRATION`].
     pub calibration: Option<Calibration>,
 }
 
@@ -98,10 +81,10 @@ impl Calibrator {
             machine,
             source: source.to_owned(),
             inputs: Inputs {
-                imu: InputWatch::required(topic::IMU, silence),
-                joints: InputWatch::optional(topic::JOINTS, silence),
-                fix: InputWatch::required(topic::FIX, silence),
-                velocity: InputWatch::required(topic::VELOCITY, silence),
+                imu: InputWatch::required(topics::IMU_DATA_RAW.name, silence),
+                joints: InputWatch::optional(topics::JOINT_STATES.name, silence),
+                fix: InputWatch::required(topics::FIX.name, silence),
+                velocity: InputWatch::required(topics::AIDING_VELOCITY.name, silence),
             },
             imu_stamps: StreamMonitor::default(),
             publishers: PublisherCount::default(),
@@ -158,7 +141,7 @@ impl Calibrator {
 
     /// So many publish on the topic of the samples.
     pub fn publishers(&mut self, count: usize) {
-        self.publishers.take(topic::IMU, count);
+        self.publishers.take(topics::IMU_DATA_RAW.name, count);
     }
 
     /// A sample. Says what it gives to publish: mostly nothing, once a second an estimate.
@@ -210,7 +193,7 @@ impl Calibrator {
                 let stamp = stamp.nanos();
                 tracing::error!(
                     "{}: {cause} at {stamp} ns: alignment starts anew{kept}",
-                    topic::IMU
+                    topics::IMU_DATA_RAW.name
                 );
                 self.forget();
             }
@@ -221,12 +204,12 @@ impl Calibrator {
                 ..
             } => tracing::warn!(
                 "{}: a hole of {seconds:.3} s up to {} ns; the attitude is less certain by {:.1} arcsec",
-                topic::IMU,
+                topics::IMU_DATA_RAW.name,
                 stamp.nanos(),
                 sigma_rad / ARC_SECOND
             ),
             Event::AlignmentFailed { reason, .. } => {
-                tracing::error!("{}: {reason}", topic::IMU);
+                tracing::error!("{}: {reason}", topics::IMU_DATA_RAW.name);
                 self.problem = Some(reason);
                 self.forget();
             }
@@ -470,7 +453,7 @@ impl Calibrator {
             tracing::warn!(
                 "{}: the covariances are not filled in; 0.001 deg/sqrt(h) and 10 ug/sqrt(Hz) are assumed (parameters \
                  angle_random_walk_deg_per_sqrt_hour and velocity_random_walk_ug_per_sqrt_hz tell better)",
-                topic::IMU
+                topics::IMU_DATA_RAW.name
             );
         }
     }

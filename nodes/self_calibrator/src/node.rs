@@ -3,15 +3,15 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use ros_node::{Node, Published, Publisher, Qos, Report, Subscription};
+use ros_node::{Node, Published, Publisher, Report, SENSOR_DEPTH, Subscription};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
-use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use ros2_interfaces::std_srvs::TriggerResponse;
-use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+use rotary_sins_msgs::interfaces::{services, topics};
+use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Reference;
 
 use crate::action::SelfCalibrate;
-use crate::calibrator::{Calibrator, Output, topic};
+use crate::calibrator::{Calibrator, Output};
 use crate::parameters;
 use crate::storage;
 
@@ -75,21 +75,20 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let calibrator = Calibrator::new(&settings, &node.fully_qualified_name(), given.silence())?;
     let shared = Shared(Arc::new(Mutex::new(calibrator)));
     let publishers = Publishers {
-        estimate: node.publisher(topic::ESTIMATE, Qos::latched(100))?,
-        calibration: node.publisher(topic::CALIBRATION, Qos::latched(1))?,
+        estimate: node.publish_on(&topics::ESTIMATE)?,
+        calibration: node.publish_on(&topics::CALIBRATION)?,
     };
-    let mut fixes: Subscription<NavSatFix> = node.subscription(topic::FIX, Qos::reliable(10))?;
+    let mut fixes = node.subscribe_on(&topics::FIX.with_depth(10))?;
     let depth = given.queue_depth();
-    let mut joints: Subscription<JointState> =
-        node.subscription(topic::JOINTS, Qos::reliable(depth))?;
-    let mut scheme: Subscription<SchemeStatus> =
-        node.subscription(topic::SCHEME, Qos::latched(10))?;
-    let mut velocities: Option<Subscription<TwistWithCovarianceStamped>> = match settings.reference
-    {
-        Reference::Measured { .. } => Some(node.subscription(topic::VELOCITY, Qos::sensor())?),
+    let mut joints = node.subscribe_on(&topics::JOINT_STATES.with_depth(depth))?;
+    let mut scheme = node.subscribe_on(&topics::SCHEME_STATUS.with_depth(10))?;
+    let mut velocities = match settings.reference {
+        Reference::Measured { .. } => {
+            Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
+        }
         Reference::Moored { .. } => None,
     };
-    let mut samples: Subscription<Imu> = node.subscription(topic::IMU, Qos::reliable(depth))?;
+    let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     serve(&node, &shared, &publishers, &given.calibration_file)?;
     watch(&node, &shared);
     let mut action = SelfCalibrate::new(&node)?;
@@ -150,19 +149,19 @@ fn serve(
 ) -> ros_node::Result<()> {
     let path = storage::path(calibration_file);
     let (calibrator, to) = (shared.clone(), path.clone());
-    node.serve_trigger("~/save", move || calibrator.lock().save(&to))?;
+    node.serve_trigger(&services::SAVE, move || calibrator.lock().save(&to))?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());
-    node.serve_trigger_while_active("~/load", move || {
+    node.serve_trigger_while_active(&services::LOAD, move || {
         let loaded = calibrator.lock().load(&path);
         outputs.answer(loaded)
     })?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());
-    node.serve_trigger_while_active("~/publish_calibration", move || {
+    node.serve_trigger_while_active(&services::PUBLISH_CALIBRATION, move || {
         let asked = calibrator.lock().publish_request();
         outputs.answer(asked)
     })?;
     let calibrator = shared.clone();
-    node.serve_trigger("~/reset", move || calibrator.lock().reset())
+    node.serve_trigger(&services::RESET, move || calibrator.lock().reset())
 }
 
 /// The answer of a service that has something published: done where somebody gets it.

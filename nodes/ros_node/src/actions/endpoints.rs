@@ -11,7 +11,7 @@ use super::client::ActionClient;
 use super::server::ActionServer;
 use crate::error::{Error, Result};
 use crate::node::{Node, type_parts};
-use crate::qos::Qos;
+use crate::qos::{Profile, Qos, SERVICE};
 
 impl Node {
     /// The serving end of an action; `type_name` is e.g. `control_msgs/action/FollowJointTrajectory`. A remapping of the
@@ -32,7 +32,7 @@ impl Node {
         R: ActionPart,
         F: ActionPart,
     {
-        let service = || Qos::service().profile();
+        let service = || SERVICE.profile();
         let qos = ActionServerQosPolicies {
             goal_service: service(),
             result_service: service(),
@@ -44,6 +44,23 @@ impl Node {
             ros.create_action_server(ServiceMapping::Enhanced, name, kind, qos)
         })?;
         Ok(ActionServer::start(self, ends, name, abandoned))
+    }
+
+    /// The serving end of an action that is a constant, see [`Self::action_server`].
+    ///
+    /// # Errors
+    /// [`Error::Name`] or [`Error::Create`].
+    pub fn serve_action<G, R, F>(
+        &self,
+        action: &ros2_interfaces::Action<G, R, F>,
+        abandoned: R,
+    ) -> Result<ActionServer<G, R, F>>
+    where
+        G: ActionPart,
+        R: ActionPart,
+        F: ActionPart,
+    {
+        self.action_server(action.name, action.type_name, abandoned)
     }
 
     /// The asking end of an action; `type_name` is e.g. `control_msgs/action/FollowJointTrajectory`.
@@ -60,7 +77,7 @@ impl Node {
         R: ActionPart,
         F: ActionPart,
     {
-        let service = || Qos::service().profile();
+        let service = || SERVICE.profile();
         let qos = ActionClientQosPolicies {
             goal_service: service(),
             result_service: service(),

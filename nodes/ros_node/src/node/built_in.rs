@@ -1,13 +1,13 @@
 //! What a node runs by itself: its clock, `/rosout`, `/diagnostics`.
 
 use std::sync::{Arc, PoisonError, Weak};
-use std::time::Duration;
+
+use ros2_interfaces::standard_topics::{CLOCK, DIAGNOSTICS, ROSOUT};
 
 use super::{Node, Shared};
 use crate::diagnostics::{Level, Report};
 use crate::error::Result;
 use crate::parameters::{HARDWARE_ID, USE_SIM_TIME};
-use crate::qos::Qos;
 
 impl Node {
     pub(super) fn follow_clock(&self) {
@@ -25,7 +25,7 @@ impl Node {
             of_parameter().is_some_and(|node| node.parameter(USE_SIM_TIME).unwrap_or(false))
         };
         let subscribe = move || {
-            let subscription = of_topic()?.ungated_subscription("/clock", Qos::best_effort(1));
+            let subscription = of_topic()?.ungated_subscription(CLOCK.name, CLOCK.qos);
             subscription
                 .inspect_err(|error| tracing::error!("{error}"))
                 .ok()
@@ -42,11 +42,7 @@ impl Node {
         let Some(mut lines) = crate::logging::rosout_lines() else {
             return Ok(());
         };
-        let qos = Qos {
-            lifespan: Some(Duration::from_secs(10)),
-            ..Qos::latched(1000)
-        };
-        let publisher = self.ungated_publisher("/rosout", qos)?;
+        let publisher = self.ungated_publisher(ROSOUT.name, ROSOUT.qos)?;
         self.spawn(async move {
             while let Some(line) = lines.recv().await {
                 publisher.publish(line).left_to_diagnostics();
@@ -56,7 +52,7 @@ impl Node {
     }
 
     pub(super) fn start_diagnostics(&self, managed: bool) -> Result<()> {
-        let publisher = self.ungated_publisher("/diagnostics", Qos::reliable(10))?;
+        let publisher = self.ungated_publisher(DIAGNOSTICS.name, DIAGNOSTICS.qos)?;
         if let Ok(hardware_id) = self.parameter::<String>(HARDWARE_ID) {
             self.diagnostics().set_hardware_id(&hardware_id);
         }
@@ -123,7 +119,7 @@ impl Shared {
                 subscription.undecodable(),
             );
             // Of the clock only the newest sample counts, and best effort with depth 1 is its rule.
-            if lost > 0 && topic != "/clock" {
+            if lost > 0 && topic != CLOCK.name {
                 report = report
                     .worsened(Level::Warn, &format!("{topic}: {lost} messages lost"))
                     .with(&format!("{topic} lost"), lost);
@@ -153,7 +149,7 @@ impl Shared {
             "transition events".to_owned(),
             self.lifecycle.overflow().total(),
         ));
-        queues.push(("/rosout".to_owned(), crate::logging::rosout_overflow()));
+        queues.push((ROSOUT.name.to_owned(), crate::logging::rosout_overflow()));
         for (queue, count) in queues.iter().filter(|(_, count)| *count > 0) {
             report = report
                 .worsened(

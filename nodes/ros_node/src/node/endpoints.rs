@@ -10,7 +10,7 @@ use super::Node;
 use crate::error::{Error, Result};
 use crate::lifecycle::Gate;
 use crate::publisher::Publisher;
-use crate::qos::Qos;
+use crate::qos::{Profile, Qos};
 use crate::qos_overrides::{End, overridden};
 use crate::subscription::Subscription;
 
@@ -48,6 +48,17 @@ impl Node {
         self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
     }
 
+    /// A publisher of a topic that is a constant.
+    ///
+    /// # Errors
+    /// As [`Self::publisher`].
+    pub fn publish_on<M: RosMessage + Message>(
+        &self,
+        topic: &ros2_interfaces::Topic<M>,
+    ) -> Result<Publisher<M>> {
+        self.publisher(topic.name, topic.qos)
+    }
+
     /// As [`Self::publisher`], also while the node is not active.
     pub(crate) fn ungated_publisher<M: RosMessage + Message>(
         &self,
@@ -69,6 +80,18 @@ impl Node {
     ) -> Result<Subscription<M>> {
         self.register_type::<M>()?;
         self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
+    }
+
+    /// A subscription of a topic that is a constant; what it keeps can be another number of samples than what the publisher
+    /// keeps ([`ros2_interfaces::Topic::with_depth`]).
+    ///
+    /// # Errors
+    /// As [`Self::subscription`].
+    pub fn subscribe_on<M: RosMessage + Message>(
+        &self,
+        topic: &ros2_interfaces::Topic<M>,
+    ) -> Result<Subscription<M>> {
+        self.subscription(topic.name, topic.qos)
     }
 
     /// As [`Self::subscription`], also while the node is not active.

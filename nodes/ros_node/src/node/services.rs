@@ -4,11 +4,11 @@ use std::fmt::Display;
 
 use ros2_client::service::ServiceMapping;
 use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
-use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
+use ros2_interfaces::std_srvs::{TRIGGER, TriggerRequest, TriggerResponse};
 
 use super::{Node, type_parts};
 use crate::error::{Error, Result};
-use crate::qos::Qos;
+use crate::qos::{Profile, SERVICE};
 use crate::service::{Client, Service};
 
 impl Node {
@@ -60,18 +60,16 @@ impl Node {
         Ok(())
     }
 
-    /// Answers `std_srvs/srv/Trigger` by `handler`, see [`Self::serve`].
+    /// Answers a service of `std_srvs/srv/Trigger` that is a constant by `handler`, see [`Self::serve`].
     ///
     /// # Errors
     /// [`Error::Name`] or [`Error::Create`].
     pub fn serve_trigger(
         &self,
-        name: &str,
+        service: &ros2_interfaces::Service<TriggerRequest, TriggerResponse>,
         mut handler: impl FnMut() -> TriggerResponse + Send + 'static,
     ) -> Result<()> {
-        self.serve(name, "std_srvs/srv/Trigger", move |_: TriggerRequest| {
-            handler()
-        })
+        self.serve(service.name, TRIGGER, move |_: TriggerRequest| handler())
     }
 
     /// As [`Self::serve_trigger`]; a node that is not active refuses, for what the handler would publish could not leave it.
@@ -80,11 +78,11 @@ impl Node {
     /// [`Error::Name`] or [`Error::Create`].
     pub fn serve_trigger_while_active(
         &self,
-        name: &str,
+        service: &ros2_interfaces::Service<TriggerRequest, TriggerResponse>,
         mut handler: impl FnMut() -> TriggerResponse + Send + 'static,
     ) -> Result<()> {
         let gate = self.gate().clone();
-        self.serve_trigger(name, move || {
+        self.serve_trigger(service, move || {
             if gate.is_open() {
                 handler()
             } else {
@@ -137,7 +135,7 @@ impl Node {
         let dds_name = Name::parse(&name).map_err(|error| failed(error.to_string()))?;
         let (package, kind) = type_parts(type_name, "srv").map_err(failed)?;
         let kind = ServiceTypeName::new(package, kind);
-        let qos = Qos::service().profile();
+        let qos = SERVICE.profile();
         let end = create(
             &mut self.ros(),
             ServiceMapping::Enhanced,

@@ -4,11 +4,11 @@ use ros2_client::parameters::raw;
 use ros2_client::rcl_interfaces as rcl;
 use ros2_interfaces::builtin_interfaces::Time;
 use ros2_interfaces::rcl_interfaces as msgs;
+use ros2_interfaces::standard_topics::PARAMETER_EVENTS;
 
 use crate::error::Result;
 use crate::node::Node;
 use crate::publisher::Publisher;
-use crate::qos::Qos;
 
 use super::store::Parameters;
 use super::value::{Value, not_set};
@@ -18,8 +18,8 @@ use super::value::{Value, not_set};
 /// # Errors
 /// [`crate::Error::Create`].
 pub(crate) fn serve(node: &Node) -> Result<()> {
-    let events =
-        node.ungated_publisher::<msgs::ParameterEvent>("/parameter_events", Qos::reliable(1000))?;
+    let events = node
+        .ungated_publisher::<msgs::ParameterEvent>(PARAMETER_EVENTS.name, PARAMETER_EVENTS.qos)?;
     let of = |name: &str| format!("~/{name}");
     let kind = |name: &str| format!("rcl_interfaces/srv/{name}");
 

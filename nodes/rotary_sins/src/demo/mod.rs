@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
+use ros2_interfaces::Interface;
+use rotary_sins_msgs::interfaces::topics;
 use sins::table::scheme::Scheme;
 
 use fleet::{Fleet, Program};
@@ -204,7 +206,8 @@ async fn work(args: &Options, folder: &Folder, fleet: &mut Fleet) -> Result<Work
         progress.show(&seen, args, began.elapsed());
         if seen.scheme.is_none() && began.elapsed() > START {
             bail!(
-                "nothing was heard of scheme/status within {} s; logs are in {}",
+                "nothing was heard of {} within {} s; logs are in {}",
+                topics::SCHEME_STATUS.name,
                 START.as_secs(),
                 folder.root.display()
             );
@@ -257,18 +260,18 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
             .map(str::to_owned)
             .into_iter()
             .chain([bag.display().to_string()])
-            .chain(RECORDED.map(|topic| format!("/{topic}")))
+            .chain(RECORDED.map(|topic| topic.within("")))
             .collect(),
         });
     }
     let recorders = usize::from(bag.is_some());
     let waits = [
-        ("imu/data_raw", 2 + recorders),
-        ("turntable/joint_states", 3 + recorders),
-        ("turntable/joint_trajectory", 1),
-        ("fix", 2 + recorders),
+        (topics::IMU_DATA_RAW.name, 2 + recorders),
+        (topics::JOINT_STATES.name, 3 + recorders),
+        (topics::JOINT_TRAJECTORY.name, 1),
+        (topics::FIX.name, 2 + recorders),
         // The demo itself.
-        ("ground_truth/calibration", 1 + recorders),
+        (topics::TRUE_CALIBRATION.name, 1 + recorders),
     ]
     .map(|(topic, count)| format!("\"{topic}:{count}\""))
     .join(", ");
@@ -311,15 +314,15 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
 }
 
 /// Topics that the bag holds.
-const RECORDED: [&str; 10] = [
-    "imu/data_raw",
-    "turntable/joint_states",
-    "turntable/joint_trajectory",
-    "fix",
-    "scheme/status",
-    "self_calibration/estimate",
-    "self_calibration/calibration",
-    "fix_ins",
-    "uncompensated/fix_ins",
-    "ground_truth/calibration",
+const RECORDED: [Interface; 10] = [
+    topics::IMU_DATA_RAW.row(),
+    topics::JOINT_STATES.row(),
+    topics::JOINT_TRAJECTORY.row(),
+    topics::FIX.row(),
+    topics::SCHEME_STATUS.row(),
+    topics::ESTIMATE.row(),
+    topics::CALIBRATION.row(),
+    topics::FIX_INS.row(),
+    topics::UNCOMPENSATED_FIX_INS.row(),
+    topics::TRUE_CALIBRATION.row(),
 ];

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use ros2_interfaces::nav_msgs::Odometry;
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use rotary_sins_msgs::convert::stamp_from_time;
+use rotary_sins_msgs::interfaces::topics::{ESTIMATE, TRUE_CALIBRATION, TRUE_ODOMETRY};
 use sins::Stamp;
 use sins::stream::order::StampOrder;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
@@ -105,10 +106,10 @@ impl DemoResult {
             });
         }
         let (Some(estimate), Some(truth)) = (seen.estimate, seen.truth) else {
-            bail!("self_calibration/estimate or ground_truth/calibration never came");
+            bail!("{} or {} never came", ESTIMATE.name, TRUE_CALIBRATION.name);
         };
         let odometry = nearest(&seen.truth_odometry, stamp_from_time(estimate.header.stamp))
-            .context("ground_truth/odometry did not come until the end")?;
+            .with_context(|| format!("{} did not come until the end", TRUE_ODOMETRY.name))?;
         if estimate.state.is_empty() {
             bail!(
                 "self-calibration came no further than phase {}",
@@ -239,9 +240,10 @@ fn nearest(poses: &VecDeque<Odometry>, stamp: Stamp) -> Option<&Odometry> {
 /// φ of the estimated attitude of the block about East, North, Up \[rad\]: C' = (I − φ×) C.
 fn misalignment(estimate: &SelfCalibrationEstimate, truth: &Odometry) -> Result<Vector3<f64>> {
     let orientation = truth.pose.pose.orientation.rotation();
-    let truth = orientation.context("ground_truth/odometry: orientation is no rotation")?;
+    let truth = orientation
+        .with_context(|| format!("{}: orientation is no rotation", TRUE_ODOMETRY.name))?;
     let found = estimate.attitude.rotation();
-    let found = found.context("self_calibration/estimate: attitude is no rotation")?;
+    let found = found.with_context(|| format!("{}: attitude is no rotation", ESTIMATE.name))?;
     Ok(-(found * truth.inverse()).scaled_axis())
 }
 

@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Result;
-use ros_node::{Node, NodeBuilder, Qos};
-use ros2_interfaces::RosMessage;
-use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use ros_node::{Node, NodeBuilder};
+use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::NavSatFix;
+use ros2_interfaces::{RosMessage, Topic};
 use rotary_sins_msgs::convert::position_from_fix;
+use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::earth::Position;
 
@@ -131,68 +132,49 @@ impl Watch {
             node,
             seen: Arc::default(),
         };
-        let status = Qos::latched(10);
-        watch.listen("scheme/status", status, |seen, message| {
+        watch.listen(&topics::SCHEME_STATUS.with_depth(10), |seen, message| {
             seen.scheme = Some(message);
         })?;
-        watch.listen(
-            "self_calibration/estimate",
-            Qos::latched(1000),
-            |seen, message| {
-                seen.estimate = Some(message);
-            },
-        )?;
-        watch.listen("self_calibration/calibration", status, |seen, message| {
+        watch.listen(&topics::ESTIMATE.with_depth(1000), |seen, message| {
+            seen.estimate = Some(message);
+        })?;
+        watch.listen(&topics::CALIBRATION.with_depth(10), |seen, message| {
             seen.calibration = Some(message);
         })?;
-        watch.listen(
-            "ground_truth/calibration",
-            Qos::reliable(10),
-            |seen, message| {
-                seen.truth = Some(message);
-            },
-        )?;
-        watch.listen(
-            "ground_truth/odometry",
-            Qos::reliable(1000),
-            |seen, message| {
-                if seen.truth_odometry.len() == KEPT_POSES {
-                    seen.truth_odometry.pop_front();
-                }
-                seen.truth_odometry.push_back(message);
-            },
-        )?;
-        watch.listen("fix_ins", Qos::reliable(1000), |seen, fix: NavSatFix| {
+        watch.listen(&topics::TRUE_CALIBRATION, |seen, message| {
+            seen.truth = Some(message);
+        })?;
+        watch.listen(&topics::TRUE_ODOMETRY, |seen, message| {
+            if seen.truth_odometry.len() == KEPT_POSES {
+                seen.truth_odometry.pop_front();
+            }
+            seen.truth_odometry.push_back(message);
+        })?;
+        watch.listen(&topics::FIX_INS.with_depth(1000), |seen, fix| {
             let distance = seen.position_error(&fix);
             follow(&mut seen.compensated, distance);
         })?;
         watch.listen(
-            "uncompensated/fix_ins",
-            Qos::reliable(1000),
-            |seen, fix: NavSatFix| {
+            &topics::UNCOMPENSATED_FIX_INS.with_depth(1000),
+            |seen, fix| {
                 let distance = seen.position_error(&fix);
                 follow(&mut seen.uncompensated, distance);
             },
         )?;
-        watch.listen(
-            "/diagnostics",
-            Qos::reliable(100),
-            |seen, array: DiagnosticArray| {
-                for status in array.status {
-                    seen.diagnostics.insert(status.name.clone(), status);
-                }
-            },
-        )?;
+        watch.listen(&topics::DIAGNOSTICS.with_depth(100), |seen, array| {
+            for status in array.status {
+                seen.diagnostics.insert(status.name.clone(), status);
+            }
+        })?;
         Ok(watch)
     }
 
     fn listen<M: RosMessage + ros2_client::Message + Send + 'static>(
         &self,
-        topic: &str,
-        qos: Qos,
+        topic: &Topic<M>,
         take: fn(&mut Seen, M),
     ) -> Result<()> {
-        let mut subscription = self.node.subscription::<M>(topic, qos)?;
+        let mut subscription = self.node.subscribe_on(topic)?;
         let seen = Arc::clone(&self.seen);
         self.node.spawn(async move {
             loop {

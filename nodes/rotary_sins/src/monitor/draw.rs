@@ -9,6 +9,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::Paragraph,
 };
+use rotary_sins_msgs::interfaces::topics::{ESTIMATE, SCHEME_STATUS};
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
@@ -148,7 +149,10 @@ fn scheme_lines(state: &MonitorState, now: Instant, look: Look, width: u16) -> V
     let Some(heard) = &state.scheme else {
         return vec![
             Line::raw(""),
-            Line::raw("scheme/status: nothing heard; is a sequencer running?"),
+            Line::raw(format!(
+                "{}: nothing heard; is a sequencer running?",
+                SCHEME_STATUS.name
+            )),
         ];
     };
     let s = &heard.message;
@@ -218,7 +222,10 @@ fn estimate_lines(
     let Some(heard) = &state.estimate else {
         return vec![
             Line::from(head),
-            Line::raw("self_calibration/estimate: nothing heard; is a calibrator running?"),
+            Line::raw(format!(
+                "{}: nothing heard; is a calibrator running?",
+                ESTIMATE.name
+            )),
         ];
     };
     head.extend(stale("estimate", heard.at, now, look));

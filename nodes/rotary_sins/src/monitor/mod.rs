@@ -17,8 +17,9 @@ use ratatui::{
     backend::TestBackend,
     crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers},
 };
-use ros_node::{Node, NodeBuilder, Qos};
-use ros2_interfaces::{RosMessage, diagnostic_msgs::DiagnosticArray};
+use ros_node::{Node, NodeBuilder};
+use ros2_interfaces::{RosMessage, Topic, diagnostic_msgs::DiagnosticArray};
+use rotary_sins_msgs::interfaces::topics::{DIAGNOSTICS, ESTIMATE, SCHEME_STATUS};
 
 use self::{
     draw::{Look, page},
@@ -61,22 +62,14 @@ async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
     listen(
         &node,
         &state,
-        "scheme/status",
-        Qos::latched(10),
+        &SCHEME_STATUS.with_depth(10),
         MonitorState::scheme,
     )?;
+    listen(&node, &state, &ESTIMATE, MonitorState::estimate)?;
     listen(
         &node,
         &state,
-        "self_calibration/estimate",
-        Qos::latched(100),
-        MonitorState::estimate,
-    )?;
-    listen(
-        &node,
-        &state,
-        "/diagnostics",
-        Qos::reliable(100),
+        &DIAGNOSTICS.with_depth(100),
         |state, array: DiagnosticArray, at| {
             // What monitors say of themselves is no sign of life of the others.
             let others = array
@@ -147,9 +140,12 @@ async fn once(node: &Node, state: &Mutex<MonitorState>, timeout: Duration) -> an
                 return crate::output::text_line(&text(&seen)?);
             }
             bail!(
-                "nothing heard in {:.0} s on scheme/status, self_calibration/estimate, /diagnostics: \
+                "nothing heard in {:.0} s on {}, {}, {}: \
                  are the nodes running, in this ROS_DOMAIN_ID and namespace?",
-                timeout.as_secs_f64()
+                timeout.as_secs_f64(),
+                SCHEME_STATUS.name,
+                ESTIMATE.name,
+                DIAGNOSTICS.name
             );
         }
         tokio::select! {
@@ -193,11 +189,10 @@ fn text(state: &MonitorState) -> anyhow::Result<String> {
 fn listen<M: RosMessage + ros2_client::Message + Send + 'static>(
     node: &Node,
     state: &Arc<Mutex<MonitorState>>,
-    topic: &str,
-    qos: Qos,
+    topic: &Topic<M>,
     take: fn(&mut MonitorState, M, Instant),
 ) -> anyhow::Result<()> {
-    let mut subscription = node.subscription::<M>(topic, qos)?;
+    let mut subscription = node.subscribe_on(topic)?;
     let state = Arc::clone(state);
     node.spawn(async move {
         loop {

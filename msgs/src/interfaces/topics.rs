@@ -1,0 +1,91 @@
+//! Topics.
+
+use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::nav_msgs::Odometry;
+use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+pub use ros2_interfaces::standard_topics::{
+    CLOCK, DIAGNOSTICS, PARAMETER_EVENTS, ROSOUT, TF, TF_STATIC,
+};
+use ros2_interfaces::trajectory_msgs::JointTrajectory;
+use ros2_interfaces::{Interface, Qos, Topic};
+
+use crate::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+
+macro_rules! topics {
+    ($($constant:ident: $message:ty = $name:literal, $qos:expr, $from:literal => $to:literal, $about:literal;)*) => {
+        $(
+            #[doc = $about]
+            pub const $constant: Topic<$message> = Topic::new($name, $qos, $from, $to, $about);
+        )*
+
+        /// The rows of all topics, those of the suite first.
+        pub const ALL: &[Interface] = &[
+            $($constant.row(),)*
+            CLOCK.row(),
+            TF.row(),
+            TF_STATIC.row(),
+            DIAGNOSTICS.row(),
+            ROSOUT.row(),
+            PARAMETER_EVENTS.row(),
+        ];
+    };
+}
+
+// Acknowledged messages that a writer keeps are not sent again; at the rate of the IMU they would be most of the
+// compensator's memory, so that its outputs are less deep than the samples.
+topics! {
+    IMU_DATA_RAW: Imu = "imu/data_raw", Qos::sensor(),
+        "IMU driver or `imu_simulator`" => "`self_calibrator`, `navigation_compensator`",
+        "Mean angular rate and specific force of the interval that ends at the stamp";
+    JOINT_STATES: JointState = "turntable/joint_states", Qos::sensor(),
+        "table driver or `imu_simulator`" => "`scheme_sequencer`, `self_calibrator`, `navigation_compensator`",
+        "Encoders of `outer_joint` and `inner_joint`";
+    JOINT_TRAJECTORY: JointTrajectory = "turntable/joint_trajectory", Qos::reliable(100),
+        "`scheme_sequencer`" => "table driver or `imu_simulator`",
+        "One rotation; without points: stop";
+    SCHEME_STATUS: SchemeStatus = "scheme/status", Qos::latched(100),
+        "`scheme_sequencer`" => "`self_calibrator`, tools",
+        "Where the rotation scheme stands";
+    FIX: NavSatFix = "fix", Qos::reliable(1000),
+        "ship or `imu_simulator`" => "`self_calibrator`, `navigation_compensator`",
+        "Position of the ship";
+    AIDING_VELOCITY: TwistWithCovarianceStamped = "aiding/velocity", Qos::reliable(100),
+        "ship or `imu_simulator`" => "`self_calibrator`, `navigation_compensator` with a measured velocity reference",
+        "Velocity of the ship over ground";
+    ESTIMATE: SelfCalibrationEstimate = "self_calibration/estimate", Qos::latched(100),
+        "`self_calibrator`" => "tools",
+        "State and covariance of the filter, 1 Hz of sample time";
+    CALIBRATION: Calibration = "self_calibration/calibration", Qos::latched(1),
+        "`self_calibrator`" => "`navigation_compensator`",
+        "Sensor errors and attitude, when converged, when the scheme ends, when asked";
+    IMU_DATA: Imu = "imu/data", Qos::reliable(1000),
+        "`navigation_compensator`" => "ship",
+        "Compensated samples with ENU orientation and covariances";
+    ODOMETRY: Odometry = "odometry", Qos::reliable(100),
+        "`navigation_compensator`" => "ship",
+        "Pose and velocity of the ship";
+    FIX_INS: NavSatFix = "fix_ins", Qos::reliable(100),
+        "`navigation_compensator`" => "ship",
+        "The same position on the globe";
+    VELOCITY: TwistWithCovarianceStamped = "velocity", Qos::reliable(100),
+        "`navigation_compensator`" => "ship",
+        "The same velocity over ground";
+    UNCOMPENSATED_IMU_DATA: Imu = "uncompensated/imu/data", Qos::reliable(1000),
+        "`navigation_compensator`" => "tools",
+        "As `imu/data`, without the calibration";
+    UNCOMPENSATED_ODOMETRY: Odometry = "uncompensated/odometry", Qos::reliable(100),
+        "`navigation_compensator`" => "tools",
+        "As `odometry`, without the calibration";
+    UNCOMPENSATED_FIX_INS: NavSatFix = "uncompensated/fix_ins", Qos::reliable(100),
+        "`navigation_compensator`" => "tools",
+        "As `fix_ins`, without the calibration";
+    UNCOMPENSATED_VELOCITY: TwistWithCovarianceStamped = "uncompensated/velocity", Qos::reliable(100),
+        "`navigation_compensator`" => "tools",
+        "As `velocity`, without the calibration";
+    TRUE_ODOMETRY: Odometry = "ground_truth/odometry", Qos::reliable(1000),
+        "`imu_simulator`" => "tools",
+        "True pose of the sensor block";
+    TRUE_CALIBRATION: Calibration = "ground_truth/calibration", Qos::latched(1),
+        "`imu_simulator`" => "tools",
+        "True sensor errors and first attitude";
+}
