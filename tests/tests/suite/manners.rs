@@ -130,8 +130,9 @@ fn type_descriptions_are_those_of_rclpy(python: &Path) {
         "rotary_sins_msgs/msg/Calibration",
     ];
     let mut scene = Scene::new("type_description");
-    scene.start(&Program::new("scheme_sequencer"));
-    let peer = Peer::new(python, "type_description.py").arg("/scheme_sequencer");
+    // It publishes or hears all of them; a node answers for the types that it uses.
+    scene.start(&Program::new("navigation_compensator"));
+    let peer = Peer::new(python, "type_description.py").arg("/navigation_compensator");
     let answer = types.iter().fold(peer, Peer::arg).ask();
     scene.end();
     for name in types {
