@@ -39,6 +39,7 @@ impl Stamp {
     }
 
     /// Seconds from `earlier` to `self`; exact to the nanosecond for any interval shorter than 100 days.
+    #[inline]
     pub fn seconds_since(self, earlier: Self) -> f64 {
         (self.0 - earlier.0) as f64 / 1e9
     }

@@ -50,6 +50,12 @@ pub struct LocalEarth {
     pub meridian_radius_m: f64,
     /// Prime-vertical radius of curvature plus height, R_N + h \[m\].
     pub transverse_radius_m: f64,
+    /// 1/(R_M + h) \[1/m\]: the mechanization needs it at every sample, and a product is cheaper than a quotient.
+    pub meridian_curvature_per_m: f64,
+    /// 1/(R_N + h) \[1/m\].
+    pub transverse_curvature_per_m: f64,
+    /// tan L.
+    pub tan_latitude: f64,
     /// dR_M/dL \[m/rad\].
     pub meridian_radius_slope_m: f64,
     /// dR_N/dL \[m/rad\].
@@ -71,6 +77,9 @@ impl LocalEarth {
             cos_latitude,
             meridian_radius_m: meridian + height_m,
             transverse_radius_m: transverse + height_m,
+            meridian_curvature_per_m: (meridian + height_m).recip(),
+            transverse_curvature_per_m: (transverse + height_m).recip(),
+            tan_latitude: sin_latitude / cos_latitude,
             meridian_radius_slope_m: 3.0 * meridian * slope,
             transverse_radius_slope_m: transverse * slope,
             gravity_m_s2: normal_gravity(latitude_rad, height_m),
@@ -78,17 +87,19 @@ impl LocalEarth {
     }
 
     /// Earth rate in n, ω_ie = Ω (0, cos L, sin L) \[rad/s\].
+    #[inline]
     pub fn earth_rate(&self) -> Vector3<f64> {
         EARTH_RATE_RAD_S * Vector3::new(0.0, self.cos_latitude, self.sin_latitude)
     }
 
     /// Transport rate in n at velocity `v` (E, N, U), ω_en = (−v_N/(R_M+h), v_E/(R_N+h), v_E tan L/(R_N+h)) \[rad/s\].
+    #[inline]
     pub fn transport_rate(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        let east = v.x / self.transverse_radius_m;
+        let east = v.x * self.transverse_curvature_per_m;
         Vector3::new(
-            -v.y / self.meridian_radius_m,
+            -v.y * self.meridian_curvature_per_m,
             east,
-            east * self.sin_latitude / self.cos_latitude,
+            east * self.tan_latitude,
         )
     }
 }

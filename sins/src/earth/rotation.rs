@@ -74,6 +74,7 @@ pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The rotation of a rotation vector \[rad\]. The same as nalgebra's `from_scaled_axis`, without its division by the angle
 /// for the small angles of one sampling interval (series to the sixth order, exact in f64 below 0.05 rad).
+#[inline]
 pub fn small_rotation(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let angle2 = vector.norm_squared();
     if angle2 > 0.0025 {

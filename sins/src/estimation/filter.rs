@@ -126,18 +126,18 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         let (angle, velocity) =
             self.compensation
                 .apply_increment(seconds, &increment.angle, &increment.velocity);
-        let before = *self.strapdown.body_to_navigation();
-        let gained = self.strapdown.propagate(&Increment {
+        let increment = Increment {
             interval_s: seconds,
             angle,
             velocity,
-        });
+        };
+        let before = *self.strapdown.body_to_navigation();
+        let gained = self.strapdown.propagate(&increment);
         self.seconds += seconds;
         self.gained += gained;
         let span = Span {
             attitude: (before + self.strapdown.body_to_navigation()) * (0.5 * seconds),
-            angular_rate: angle / seconds,
-            specific_force: velocity / seconds,
+            increment,
         };
         G::gather(&mut self.gathered, &span);
     }

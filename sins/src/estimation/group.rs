@@ -6,6 +6,7 @@ use super::groups::navigation;
 use super::state::StateLabel;
 use crate::earth::LocalEarth;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
+use crate::sensor::Increment;
 use crate::sensor::errors::{Compensation, SensorErrors};
 
 /// Some error states that belong together. The value of a group is its settings: what is known before, and how it walks.
@@ -31,6 +32,7 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
     fn walk(&self, _rate: &mut [f64]) {}
 
     /// Gathers one sampling interval.
+    #[inline]
     fn gather(_gathered: &mut Self::Gathered, _span: &Span) {}
 
     /// Its columns of A = ∫F dt over the step.
@@ -51,10 +53,22 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
 pub struct Span {
     /// ∫C_b^n dt \[s\].
     pub attitude: Matrix3<f64>,
-    /// Angular rate, compensated, block axes \[rad/s\].
-    pub angular_rate: Vector3<f64>,
-    /// Specific force, compensated, block axes \[m/s²\].
-    pub specific_force: Vector3<f64>,
+    /// What the sensors gathered in it, compensated.
+    pub increment: Increment,
+}
+
+impl Span {
+    /// Mean angular rate, block axes \[rad/s\].
+    #[inline]
+    pub fn angular_rate(&self) -> Vector3<f64> {
+        self.increment.angle / self.increment.interval_s
+    }
+
+    /// Mean specific force, block axes \[m/s²\].
+    #[inline]
+    pub fn specific_force(&self) -> Vector3<f64> {
+        self.increment.velocity / self.increment.interval_s
+    }
 }
 
 /// The time since the last covariance step.

@@ -38,6 +38,7 @@ pub struct IncrementCorrector {
 
 impl IncrementCorrector {
     /// Corrects the next increment.
+    #[inline]
     pub fn correct(&mut self, increment: &Increment) -> CorrectedIncrement {
         let Increment {
             interval_s,
@@ -104,6 +105,7 @@ impl Strapdown {
     }
 
     /// C_b^n at the end of the last interval.
+    #[inline]
     pub fn body_to_navigation(&self) -> &Matrix3<f64> {
         &self.body_to_navigation
     }
@@ -129,13 +131,13 @@ impl Strapdown {
         velocity.z = 0.0;
 
         let mean = 0.5 * (before + velocity);
-        self.state.position.latitude_rad += mean.y / self.earth.meridian_radius_m * interval;
-        self.state.position.longitude_rad +=
-            mean.x / (self.earth.transverse_radius_m * self.earth.cos_latitude) * interval;
+        let transport = self.earth.transport_rate(&mean);
+        self.state.position.latitude_rad -= transport.x * interval;
+        self.state.position.longitude_rad += transport.y / self.earth.cos_latitude * interval;
         self.state.velocity = velocity;
         // The frame turns with the mean velocity: with the one before, Schuler's oscillation would grow by
         // (ν T)²/4 a step, 10 % in three days at one sample a second; so it neither grows nor dies.
-        let mean_frame_rotation = (earth_rate + self.earth.transport_rate(&mean)) * interval;
+        let mean_frame_rotation = (earth_rate + transport) * interval;
         self.set_attitude(
             small_rotation(&-mean_frame_rotation)
                 * self.state.attitude
@@ -164,6 +166,7 @@ impl Strapdown {
         self.corrector.forget();
     }
 
+    #[inline]
     fn set_attitude(&mut self, attitude: UnitQuaternion<f64>) {
         // One Newton step keeps the norm at 1 to rounding; a full renormalization would cost a square root a sample.
         let q = attitude.into_inner();
@@ -171,6 +174,7 @@ impl Strapdown {
         self.body_to_navigation = self.state.attitude.to_rotation_matrix().into_inner();
     }
 
+    #[inline]
     fn refresh_earth(&mut self) {
         if (self.state.position.latitude_rad - self.earth_latitude).abs() > LATITUDE_STEP_RAD {
             self.earth = LocalEarth::at(

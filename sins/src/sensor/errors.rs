@@ -121,6 +121,7 @@ impl Compensation {
     }
 
     /// True angle \[rad\] and velocity \[m/s\] gathered over an interval, from measured ones.
+    #[inline]
     pub fn apply_increment(
         &self,
         interval_s: f64,

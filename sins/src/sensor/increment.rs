@@ -15,6 +15,7 @@ pub struct Increment {
 
 impl Increment {
     /// From averages over the interval.
+    #[inline]
     pub fn from_averages(
         interval_s: f64,
         angular_rate: &Vector3<f64>,

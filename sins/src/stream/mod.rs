@@ -179,6 +179,7 @@ impl Stream {
     }
 
     /// Takes a sample.
+    #[inline]
     pub fn push_sample(&mut self, sample: &ImuSample) {
         self.newest = Some(sample.stamp);
         let order = &mut self.order;
@@ -306,6 +307,7 @@ impl Stream {
         }
     }
 
+    #[inline]
     fn must_wait(&self, stamp: Stamp, follows: Follows) -> bool {
         let Some(newest) = self.order.last().filter(|_| !self.ended) else {
             return false;
@@ -370,6 +372,7 @@ impl Stream {
         self.interval(sample, interval_s, Some((lost, turned)))
     }
 
+    #[inline]
     fn interval(
         &mut self,
         sample: ImuSample,
@@ -381,19 +384,20 @@ impl Stream {
         while let Some((_, next)) = self.velocities.pop_until(sample.stamp) {
             velocity = Some(next);
         }
-        let previous = self.epoch.previous.replace(sample);
         let (mut rate, mut force) = (sample.angular_rate, sample.specific_force);
-        let hole = hole.zip(previous).map(|((lost, turned), before)| {
+        let hole = hole.and_then(|(lost, turned)| {
+            let before = self.epoch.previous?;
             // Over a hole the rates are taken half way between its ends.
             rate = 0.5 * (before.angular_rate + rate);
             force = 0.5 * (before.specific_force + force);
-            Box::new(Hole {
+            Some(Box::new(Hole {
                 interval_s,
                 lost,
                 ends: [before, sample],
                 turned,
-            })
+            }))
         });
+        self.epoch.previous = Some(sample);
         let interval = Interval {
             stamp: sample.stamp,
             increment: Increment::from_averages(interval_s, &rate, &force),
@@ -404,6 +408,7 @@ impl Stream {
     }
 
     /// Readings of the joints, up to the first that is not earlier than `stamp`.
+    #[inline]
     fn take_joints(&mut self, stamp: Stamp) {
         while self
             .epoch
@@ -419,9 +424,10 @@ impl Stream {
     }
 }
 
-fn sort(order: &mut StampOrder<ImuSample>, sifted: Sifted) {
+#[inline]
+fn sort(order: &mut StampOrder<ImuSample>, sifted: Sifted<'_>) {
     match sifted {
-        Sifted::Good(sample) => order.push(sample.stamp, sample),
+        Sifted::Good(sample) => order.push(sample.stamp, *sample),
         Sifted::Bad(sample, why) => order.refuse(sample.stamp, why),
     }
 }

@@ -117,7 +117,9 @@ pub struct StampOrder<T> {
     cause: EpochCause,
     start: Vec<(Stamp, T)>,
     held: VecDeque<Held<T>>,
-    recent: VecDeque<(Stamp, T)>,
+    /// The last samples in their place, in a ring.
+    recent: Vec<(Stamp, T)>,
+    recent_oldest: usize,
     last_hole: Option<(Stamp, Stamp)>,
     ready: VecDeque<Ordered<T>>,
     counts: StreamCounts,
@@ -131,7 +133,8 @@ impl<T> Default for StampOrder<T> {
             cause: EpochCause::First,
             start: Vec::new(),
             held: VecDeque::new(),
-            recent: VecDeque::new(),
+            recent: Vec::with_capacity(RECENT),
+            recent_oldest: 0,
             last_hole: None,
             ready: VecDeque::new(),
             counts: StreamCounts::default(),
@@ -141,6 +144,7 @@ impl<T> Default for StampOrder<T> {
 
 impl<T: Copy + PartialEq> StampOrder<T> {
     /// Takes a sample.
+    #[inline]
     pub fn push(&mut self, stamp: Stamp, value: T) {
         let Some(usual) = self.usual_s else {
             self.gather_start(stamp, value);
@@ -162,11 +166,13 @@ impl<T: Copy + PartialEq> StampOrder<T> {
     }
 
     /// What comes next, in order; `None` until more has arrived.
+    #[inline]
     pub fn pop(&mut self) -> Option<Ordered<T>> {
         self.ready.pop_front()
     }
 
     /// The same, left where it is.
+    #[inline]
     pub fn peek(&self) -> Option<&Ordered<T>> {
         self.ready.front()
     }
@@ -196,6 +202,7 @@ impl<T: Copy + PartialEq> StampOrder<T> {
         self.last = None;
         self.last_hole = None;
         self.recent.clear();
+        self.recent_oldest = 0;
         self.cause = cause;
     }
 
@@ -359,6 +366,7 @@ impl<T: Copy + PartialEq> StampOrder<T> {
             self.refuse_held(&held);
         }
         self.recent.clear();
+        self.recent_oldest = 0;
         self.last_hole = None;
         let seconds = last.seconds_since(first.0);
         self.begin(first.0, first.1, EpochCause::SetBack { seconds });
@@ -395,6 +403,7 @@ impl<T: Copy + PartialEq> StampOrder<T> {
         self.accept(stamp, value, Follows::Begins(cause));
     }
 
+    #[inline]
     fn accept(&mut self, stamp: Stamp, value: T, follows: Follows) {
         self.counts.samples += 1;
         let interval_s = match follows {
@@ -412,10 +421,12 @@ impl<T: Copy + PartialEq> StampOrder<T> {
             self.usual_s = Some(usual + (interval_s - usual).clamp(-step, step));
         }
         self.last = Some(stamp);
-        if self.recent.len() == RECENT {
-            self.recent.pop_front();
+        if let Some(oldest) = self.recent.get_mut(self.recent_oldest) {
+            *oldest = (stamp, value);
+        } else {
+            self.recent.push((stamp, value));
         }
-        self.recent.push_back((stamp, value));
+        self.recent_oldest = (self.recent_oldest + 1) % RECENT;
         self.ready.push_back(Ordered::Next(stamp, value, follows));
     }
 

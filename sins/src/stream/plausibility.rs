@@ -54,15 +54,17 @@ impl SensorRange {
     }
 
     /// Why a sample by itself cannot be.
+    #[inline]
     fn refusal(&self, sample: &ImuSample) -> Option<Refusal> {
-        let (rate, force) = (sample.angular_rate.amax(), sample.specific_force.amax());
-        // A comparison with NaN is false, and the greatest component may hide one.
-        if rate <= self.rate_rad_s && force <= self.force_m_s2 && sample.is_finite() {
+        if are_within(&sample.angular_rate, self.rate_rad_s)
+            && are_within(&sample.specific_force, self.force_m_s2)
+        {
             return None;
         }
         if !sample.is_finite() {
             return Some(Refusal::NotFinite);
         }
+        let (rate, force) = (sample.angular_rate.amax(), sample.specific_force.amax());
         let (what, value, limit) = if rate > self.rate_rad_s {
             (RATE, rate, self.rate_rad_s)
         } else {
@@ -72,9 +74,14 @@ impl SensorRange {
     }
 
     /// The jump between two samples, where it is too great.
+    #[inline]
     fn jump(&self, from: &Values, to: &ImuSample) -> Option<Refusal> {
-        let rate = (to.angular_rate - from.rate).amax();
-        let force = (to.specific_force - from.force).amax();
+        let rate = to.angular_rate - from.rate;
+        let force = to.specific_force - from.force;
+        if are_within(&rate, self.rate_step_rad_s) && are_within(&force, self.force_step_m_s2) {
+            return None;
+        }
+        let (rate, force) = (rate.amax(), force.amax());
         let (what, value, limit) = if rate > self.rate_step_rad_s {
             (RATE, rate, self.rate_step_rad_s)
         } else if force > self.force_step_m_s2 {
@@ -84,6 +91,14 @@ impl SensorRange {
         };
         Some(Refusal::Spike { what, value, limit })
     }
+}
+
+/// Whether every component is a finite number and none is greater than the limit.
+#[inline]
+fn are_within(values: &Vector3<f64>, limit: f64) -> bool {
+    // A comparison with NaN is false, and infinity is greater than the greatest number. Nothing branches but the whole.
+    let limit = limit.min(f64::MAX);
+    (values.x.abs() <= limit) & (values.y.abs() <= limit) & (values.z.abs() <= limit)
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -103,11 +118,11 @@ impl From<&ImuSample> for Values {
 
 /// What the sieve says of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Sifted {
+pub(super) enum Sifted<'a> {
     /// It may be used.
-    Good(ImuSample),
+    Good(&'a ImuSample),
     /// It may not.
-    Bad(ImuSample, Refusal),
+    Bad(&'a ImuSample, Refusal),
 }
 
 /// Holds a sample that jumps until the next one tells whether it was a spike.
@@ -128,9 +143,10 @@ impl Sieve {
     }
 
     /// Takes a sample and hands on what is decided.
-    pub(super) fn push(&mut self, sample: &ImuSample, mut on: impl FnMut(Sifted)) {
+    #[inline]
+    pub(super) fn push(&mut self, sample: &ImuSample, mut on: impl FnMut(Sifted<'_>)) {
         if let Some(why) = self.range.refusal(sample) {
-            on(Sifted::Bad(*sample, why));
+            on(Sifted::Bad(sample, why));
             return;
         }
         let from_last = self
@@ -140,9 +156,9 @@ impl Sieve {
         if let Some((suspect, why)) = self.suspect.take() {
             let from_suspect = self.range.jump(&Values::from(&suspect), sample);
             if from_last.is_none() && from_suspect.is_some() {
-                on(Sifted::Bad(suspect, why));
+                on(Sifted::Bad(&suspect, why));
             } else {
-                on(Sifted::Good(suspect));
+                on(Sifted::Good(&suspect));
             }
             // What jumps on is motion; it need not wait again.
         } else if let Some(why) = from_last {
@@ -150,13 +166,13 @@ impl Sieve {
             return;
         }
         self.last = Some(Values::from(sample));
-        on(Sifted::Good(*sample));
+        on(Sifted::Good(sample));
     }
 
     /// No more will come: a jump at the very end is not believed.
-    pub(super) fn end(&mut self, mut on: impl FnMut(Sifted)) {
+    pub(super) fn end(&mut self, mut on: impl FnMut(Sifted<'_>)) {
         if let Some((suspect, why)) = self.suspect.take() {
-            on(Sifted::Bad(suspect, why));
+            on(Sifted::Bad(&suspect, why));
         }
     }
 
@@ -184,7 +200,7 @@ mod tests {
     fn sift(rates: &[f64]) -> (Vec<f64>, Vec<&'static str>) {
         let mut sieve = Sieve::default();
         let (mut good, mut bad) = (Vec::new(), Vec::new());
-        let mut on = |sifted: Sifted| match sifted {
+        let mut on = |sifted: Sifted<'_>| match sifted {
             Sifted::Good(sample) => good.push(sample.angular_rate.y),
             Sifted::Bad(_, why) => bad.push(why.name()),
         };

@@ -95,6 +95,7 @@ impl Group for Bias {
         rate[3..].fill(self.gyroscope_walk_rad_s_sqrt_s.powi(2));
     }
 
+    #[inline]
     fn gather(gathered: &mut Matrix3<f64>, span: &Span) {
         *gathered += span.attitude;
     }

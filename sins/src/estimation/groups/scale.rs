@@ -57,6 +57,7 @@ fn couple(
     }
 }
 
+#[inline]
 fn gather(gathered: &mut Weighted, attitude: &Matrix3<f64>, quantity: &nalgebra::Vector3<f64>) {
     for (sum, component) in gathered.iter_mut().zip(quantity.iter()) {
         *sum += attitude * *component;
@@ -139,8 +140,9 @@ impl Group for GyroscopeMatrix {
         prior(self.scale_factor, self.installation_rad, sigma);
     }
 
+    #[inline]
     fn gather(gathered: &mut Weighted, span: &Span) {
-        gather(gathered, &span.attitude, &span.angular_rate);
+        gather(gathered, &span.attitude, &span.angular_rate());
     }
 
     fn couple(&self, gathered: &Weighted, interval: &Interval, into: &mut Coupling<'_>) {
@@ -220,8 +222,9 @@ impl Group for AccelerometerMatrix {
         prior(self.scale_factor, self.installation_rad, sigma);
     }
 
+    #[inline]
     fn gather(gathered: &mut Weighted, span: &Span) {
-        gather(gathered, &span.attitude, &span.specific_force);
+        gather(gathered, &span.attitude, &span.specific_force());
     }
 
     fn couple(&self, gathered: &Weighted, interval: &Interval, into: &mut Coupling<'_>) {

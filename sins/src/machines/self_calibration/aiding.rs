@@ -32,6 +32,7 @@ impl Aiding {
     }
 
     /// What is due at the end of this interval. One step at most, be it due by the clock, by a measurement, or by both.
+    #[inline]
     pub(super) fn due(&mut self, interval: &Interval) -> Due {
         let (stamp, seconds) = (interval.stamp, interval.increment.interval_s);
         match self.reference {

@@ -75,6 +75,7 @@ impl Estimator {
         self.position.get_or_insert(position);
     }
 
+    #[inline]
     pub(in crate::machines) fn next_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
@@ -124,6 +125,7 @@ impl Estimator {
     }
 
     /// Takes what the stream hands out.
+    #[inline]
     pub(in crate::machines) fn take(&mut self, item: Item, stream: &Stream) {
         match item {
             Item::Refused(refused) => self.events.push_back(Event::Refused(refused)),
@@ -156,6 +158,7 @@ impl Estimator {
         self.tell_phase(stamp, stream);
     }
 
+    #[inline]
     fn advance(&mut self, interval: Interval, sample: &ImuSample, stream: &Stream) {
         match &mut self.stage {
             Stage::Idle => {}

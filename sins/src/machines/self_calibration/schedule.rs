@@ -20,8 +20,11 @@ impl Schedule {
     }
 
     /// Whether a step is due at the end of an interval of this length: at the sample that is nearest to its time.
+    #[inline]
     pub(super) fn is_due(&self, stamp: Stamp, interval_s: f64) -> bool {
-        stamp.plus_nanos(seconds_to_nanos(0.5 * interval_s)) >= self.next
+        // Most samples are farther from it than an interval, and need not be rounded.
+        let ahead_nanos = self.next.nanos() - stamp.nanos();
+        ahead_nanos as f64 <= 1e9 * interval_s && seconds_to_nanos(0.5 * interval_s) >= ahead_nanos
     }
 
     /// The step was made; the next one is due at the next time of the period.

@@ -23,6 +23,7 @@ use crate::estimation::group::{Interval, Span};
 use crate::estimation::kalman::Dynamics;
 use crate::estimation::model::{Model, Paper};
 use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::Increment;
 use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{NoiseReading, Ship};
 use crate::studies::paper;
@@ -65,8 +66,11 @@ fn dynamics_at_rest(
     let mut gathered = <Paper as Model<{ Paper::M }, { Paper::N }>>::Gathered::default();
     let span = Span {
         attitude: *body_to_navigation,
-        angular_rate: body_to_navigation.transpose() * earth.earth_rate(),
-        specific_force: body_to_navigation.transpose() * up,
+        increment: Increment::from_averages(
+            1.0,
+            &(body_to_navigation.transpose() * earth.earth_rate()),
+            &(body_to_navigation.transpose() * up),
+        ),
     };
     Paper::gather(&mut gathered, &span);
     let interval = Interval::constant(1.0, earth, nalgebra::Vector3::zeros(), up);
