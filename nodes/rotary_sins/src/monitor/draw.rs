@@ -13,7 +13,7 @@ use rotary_sins_msgs::interfaces::topics::{ESTIMATE, SCHEME_STATUS};
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
-use super::state::{MonitorState, NINE, SILENCE, sigmas, thresholds};
+use super::state::{MonitorState, NINE, SILENCE, is_known, sigmas, thresholds};
 use analysis::significant;
 
 /// Names, units and SI of a unit of the nine.
@@ -240,7 +240,7 @@ fn estimate_lines(
             _ => significant(estimate.accelerometer_bias[index - 6] / scale),
         };
         let limit = thresholds()[index];
-        let mark = match (limit.is_finite(), sigma <= limit) {
+        let mark = match (limit.is_finite(), is_known(sigma) && sigma <= limit) {
             (false, _) => ' ',
             (true, true) => '✓',
             (true, false) => '·',
@@ -252,7 +252,7 @@ fn estimate_lines(
         });
         lines.push(Line::from(vec![
             Span::raw(format!("{name:<16}{value:>11}")),
-            Span::styled(format!("{:>11} {mark}", significant(sigma / scale)), style),
+            Span::styled(format!("{:>11} {mark}", sigma_text(sigma / scale)), style),
             Span::raw(format!(" {unit:<7}  ")),
             Span::styled(sparkline(state.history(index), curve), look.of(Color::Cyan)),
         ]));
@@ -285,12 +285,24 @@ pub fn sparkline(values: impl Iterator<Item = f64>, width: usize) -> String {
         .collect()
 }
 
+/// A sigma with its significant digits, or a dash where it is not known.
+fn sigma_text(sigma: f64) -> String {
+    if is_known(sigma) {
+        significant(sigma)
+    } else {
+        "-".to_owned()
+    }
+}
+
 fn number_lines(state: &MonitorState, look: Look) -> Vec<Line<'static>> {
     let Some(heard) = &state.estimate else {
         return Vec::new();
     };
     let e: &SelfCalibrationEstimate = &heard.message;
     let angle = |name: &str, value: f64, sigma: f64| {
+        if !is_known(sigma) {
+            return format!("{name} -");
+        }
         format!(
             "{name} {:.4} ± {:.4}",
             value.to_degrees(),
@@ -504,6 +516,14 @@ mod tests {
             "{all}"
         );
         assert!(all.contains("NaN") && all.contains("inf"), "{all}");
+    }
+
+    /// A sigma that is not known, while the alignment gathers, is a dash and below no threshold.
+    #[test]
+    fn unknown_sigmas_are_dashes() {
+        assert_eq!(sigma_text(-206_265.0), "-");
+        assert_eq!(sigma_text(0.0125), significant(0.0125));
+        assert!(!is_known(-1.0) && is_known(0.0) && is_known(f64::NAN));
     }
 
     /// Larger terminals and small ones do not panic, and empty states speak.

@@ -131,7 +131,12 @@ impl MonitorState {
     }
 }
 
-/// One-sigma of misalignment (E, N, U), gyroscope drift and accelerometer bias (x, y, z), SI.
+/// Whether a one-sigma is one: messages say below zero where it is not known.
+pub fn is_known(sigma: f64) -> bool {
+    sigma.is_nan() || sigma >= 0.0
+}
+
+/// One-sigma of misalignment (E, N, U), gyroscope drift and accelerometer bias (x, y, z), SI, as the message has them.
 pub fn sigmas(estimate: &SelfCalibrationEstimate) -> [f64; NINE] {
     let mut all = [0.0; NINE];
     all[..3].copy_from_slice(&estimate.misalignment_std);
