@@ -22,6 +22,7 @@ from std_srvs.srv import Trigger
 ACTION = "/turntable/follow_joint_trajectory"
 NAMES = ["outer_joint", "inner_joint"]
 LONG = 60.0
+UNDER_WAY = (SchemeStatus.WAITING_FOR_TABLE, SchemeStatus.DWELLING, SchemeStatus.ROTATING)
 
 rclpy.init()
 node = rclpy.create_node("table")
@@ -130,6 +131,10 @@ def run(way):
     state.update(way=way, position=[0.0, 0.0], moving=[0.0, 0.0], goals=0, cancels=0, statuses=[])
     if not ask("start"):
         raise SystemExit(f"{way}: the scheme does not start")
+    # What was said of the run before may still be under way: only what comes from the start on is of this one.
+    wait(lambda: any(status.state in UNDER_WAY for status in state["statuses"]), f"{way}: the scheme is under way")
+    while state["statuses"][0].state not in UNDER_WAY:
+        state["statuses"].pop(0)
     if way != "reject":
         wait(lambda: state["goals"] > 0, f"{way}: a goal")
 
