@@ -83,9 +83,9 @@ pub struct SweepPoint {
 pub struct Campaign {
     /// What was asked for.
     pub plan: Plan,
-    /// In the order of [`Case::all`].
+    /// In the order of `Case::all`.
     pub cases: Vec<CaseResult>,
-    /// Every case at every heading of [`SWEEP_DEG`].
+    /// Every case at every heading of `SWEEP_DEG`.
     pub sweep: Vec<SweepPoint>,
 }
 

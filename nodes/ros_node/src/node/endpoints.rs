@@ -1,6 +1,7 @@
 //! Publishers and subscriptions of a node.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use ros2_client::{Message, MessageTypeName, Name};
 use ros2_interfaces::{Registry, RosMessage};
@@ -13,6 +14,15 @@ use crate::publisher::Publisher;
 use crate::qos::{Profile, Qos};
 use crate::qos_overrides::{End, overridden};
 use crate::subscription::Subscription;
+
+/// Time between two endpoints that are made.
+const SPREAD: Duration = Duration::from_millis(3);
+
+/// Lets RustDDS tell the network of the endpoint before. Its discovery thread does so with a lock held, and waits for its event loop
+/// meanwhile; one more endpoint that is made in that moment can lock up all three for good (`upstream/rustdds-lock-up.md`).
+pub(crate) fn spread() {
+    std::thread::sleep(SPREAD);
+}
 
 impl Node {
     /// Makes a type known to `~/get_type_description`. Publishers and subscriptions do it for theirs; to be called for
@@ -112,6 +122,7 @@ impl Node {
         gate: &Gate,
     ) -> Result<Publisher<M>> {
         let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Publisher)?;
+        spread();
         let writer = self
             .ros()
             .create_publisher(&dds_topic, Some(qos.profile()))
@@ -135,6 +146,7 @@ impl Node {
         gate: &Gate,
     ) -> Result<Subscription<M>> {
         let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Subscription)?;
+        spread();
         let reader = self
             .ros()
             .create_subscription(&dds_topic, Some(qos.profile()))

@@ -6,6 +6,7 @@ use ros2_client::service::ServiceMapping;
 use ros2_client::{Message, Name, QosProfile, ServiceTypeName};
 use ros2_interfaces::std_srvs::{TRIGGER, TriggerRequest, TriggerResponse};
 
+use super::endpoints::spread;
 use super::{Node, type_parts};
 use crate::error::{Error, Result};
 use crate::qos::{Profile, SERVICE};
@@ -136,6 +137,7 @@ impl Node {
         let (package, kind) = type_parts(type_name, "srv").map_err(failed)?;
         let kind = ServiceTypeName::new(package, kind);
         let qos = SERVICE.profile();
+        spread();
         let end = create(
             &mut self.ros(),
             ServiceMapping::Enhanced,

@@ -88,7 +88,7 @@ use crate::time::Stamp;
 /// }
 /// let estimate = machine.finish()?;
 /// assert_eq!(phases, [Phase::CoarseAlignment, Phase::FineAlignment]);
-/// assert_eq!(estimates, 101);
+/// assert_eq!(estimates, 100);
 /// assert!(!estimate.verdict(machine.settings()).converged);
 /// # Ok::<(), sins::Error>(())
 /// ```
