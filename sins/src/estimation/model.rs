@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
 
-/// What a filter needs of its list of groups: `M` states that move, `N` in all. [`model!`] writes it.
+/// What a filter needs of its list of groups: `M` states that move, `N` in all. The macro `model!` writes it.
 pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + PartialEq {
     /// Labels of the states, in their order.
     const STATES: [StateLabel; N];
