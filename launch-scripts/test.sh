@@ -92,7 +92,11 @@ check_sources() {
 }
 
 run_tests() {
-    export ROTARY_SINS_BIN_DIR=$target/release
+    # Copies, because the tests of colcon and of install.sh build the executables anew while other tests run them.
+    export ROTARY_SINS_BIN_DIR=$target/test-bin
+    rm -rf "$ROTARY_SINS_BIN_DIR" && mkdir "$ROTARY_SINS_BIN_DIR" &&
+        cp -p "$target"/release/{rotary-sins,imu_simulator,scheme_sequencer,self_calibrator,navigation_compensator} "$ROTARY_SINS_BIN_DIR" ||
+        return
     if cargo nextest --version >/dev/null 2>&1; then
         # Most tests wait for messages or for a peer: twice as many as cores.
         cargo nextest run --release --workspace --lib --bins --tests --test-threads $((2 * $(nproc)))

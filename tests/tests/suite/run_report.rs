@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use ros_node::Qos;
-use ros2_interfaces::sensor_msgs::NavSatFix;
+use ros2_interfaces::sensor_msgs::{JointState, NavSatFix};
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use serde_json::Value;
 use suite_tests::{
@@ -234,6 +234,7 @@ fn a_live_recording_has_the_estimates_of_the_run() {
         let heard = listener
             .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(10));
         let solutions = listener.hear::<NavSatFix>("/uncompensated/fix_ins", Qos::reliable(100));
+        let joints = listener.hear::<JointState>("/turntable/joint_states", Qos::sensor());
         let end = rotary_sins(&["calibrate", text(&converging()), "--json"])
             .expect_status(0)
             .json()["stamp_ns"]
@@ -244,6 +245,10 @@ fn a_live_recording_has_the_estimates_of_the_run() {
         heard.wait_for("the last estimate", |e| e.header.stamp.nanos() >= end);
         solutions.wait_for("the last solution", |s| {
             s.header.stamp.nanos() >= end - NANOS_PER_SECOND
+        });
+        // The truth at the time of the last estimate needs the joints of that time.
+        joints.wait_for("the last joint state", |joints| {
+            joints.header.stamp.nanos() >= end
         });
         scene.end();
 
