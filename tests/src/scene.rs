@@ -60,18 +60,23 @@ impl Scene {
 
     /// Plays a bag at this multiple of real time, once the samples of its IMU have so many subscribers.
     pub fn play(&self, bag: &Path, rate: f64, subscribers: usize) -> Running {
-        self.start_apart(
-            &Program::new("rotary-sins")
-                .label("play")
-                .arg("play")
-                .arg(bag)
-                .arg("--rate")
-                .arg(rate.to_string())
-                .arg("--wait-for")
-                .arg(format!("/imu/data_raw:{subscribers}"))
-                .arg("--wait-timeout")
-                .arg(GUARD.as_secs().to_string()),
-        )
+        self.play_to(bag, rate, &[("/imu/data_raw", subscribers)])
+    }
+
+    /// The same, when so many subscribers of each of these topics are there. A recorder subscribes one topic after the other.
+    pub fn play_to(&self, bag: &Path, rate: f64, subscribers: &[(&str, usize)]) -> Running {
+        let player = Program::new("rotary-sins")
+            .label("play")
+            .arg("play")
+            .arg(bag)
+            .arg("--rate")
+            .arg(rate.to_string())
+            .arg("--wait-timeout")
+            .arg(GUARD.as_secs().to_string());
+        let player = subscribers.iter().fold(player, |player, (topic, count)| {
+            player.arg("--wait-for").arg(format!("{topic}:{count}"))
+        });
+        self.start_apart(&player)
     }
 
     /// Waits for the end of a replay. That what it sent is worked up then is another thing to wait for.
