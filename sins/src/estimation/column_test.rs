@@ -13,7 +13,7 @@ use crate::earth::Position;
 use crate::earth::rotation::{HeadingPitchRoll, small_rotation};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::Increment;
-use crate::sensor::errors::SensorErrors;
+use crate::sensor::errors::{BlockMotion, SensorErrors};
 use crate::sensor::sample::NoiseDensity;
 
 /// Settings of a model for tests, and the sensor errors about which it is linear there.
@@ -176,8 +176,21 @@ fn run<G: Model<M, N> + Example, const M: usize, const N: usize>(
     };
     let mut filter =
         ErrorFilter::new(G::example(), start, &known, covariance, quiet, Loop::Open).unwrap();
+    let mut before: Option<([f64; 3], [f64; 3])> = None;
     for (rate, force) in SAMPLES {
-        let (rate, force) = real.corrupt(&rate.into(), &force.into());
+        let slope = |now: [f64; 3], before: Option<[f64; 3]>| {
+            before.map_or_else(Vector3::zeros, |before| {
+                (Vector3::from(now) - Vector3::from(before)) / SAMPLE_S
+            })
+        };
+        let motion = BlockMotion {
+            rate: rate.into(),
+            rate_derivative: slope(rate, before.map(|(rate, _)| rate)),
+            force: force.into(),
+            force_derivative: slope(force, before.map(|(_, force)| force)),
+        };
+        before = Some((rate, force));
+        let (rate, force) = real.corrupt(&motion);
         filter.propagate(&Increment::from_averages(SAMPLE_S, &rate, &force));
     }
     filter.step().unwrap();

@@ -12,7 +12,8 @@ use super::state::StateEstimate;
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
-use crate::sensor::errors::{Compensation, SensorErrors};
+use crate::sensor::compensation::{Compensation, Compensator};
+use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::NoiseDensity;
 pub use crate::sensor::velocity::VelocityMeasurement;
 
@@ -80,7 +81,7 @@ pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
     model: G,
     strapdown: Strapdown,
     kalman: Kalman<N>,
-    compensation: Compensation,
+    compensator: Compensator,
     noise: NoiseDensity,
     walk: SVector<f64, N>,
     feedback: Loop,
@@ -108,7 +109,8 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         Ok(Self {
             strapdown: Strapdown::new(start),
             kalman: Kalman::new(covariance)?,
-            compensation: errors.compensation()?,
+            compensator: Compensator::new(errors.compensation()?)
+                .following_changes(G::FOLLOWS_CHANGES),
             noise,
             walk: model.walk(),
             model,
@@ -123,21 +125,16 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// Runs the mechanization over one sampling interval. The covariance waits for [`Self::step`].
     pub fn propagate(&mut self, increment: &Increment) {
         let seconds = increment.interval_s;
-        let (angle, velocity) =
-            self.compensation
-                .apply_increment(seconds, &increment.angle, &increment.velocity);
-        let increment = Increment {
-            interval_s: seconds,
-            angle,
-            velocity,
-        };
+        let compensated = self.compensator.next(increment);
         let before = *self.strapdown.body_to_navigation();
-        let gained = self.strapdown.propagate(&increment);
+        let gained = self.strapdown.propagate(&compensated.increment);
         self.seconds += seconds;
         self.gained += gained;
         let span = Span {
             attitude: (before + self.strapdown.body_to_navigation()) * (0.5 * seconds),
-            increment,
+            increment: compensated.increment,
+            rate_change: compensated.rate_change,
+            force_change: compensated.force_change,
         };
         G::gather(&mut self.gathered, &span);
     }
@@ -162,7 +159,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             earth: *self.strapdown.earth(),
             velocity: self.strapdown.state().velocity,
             gained: self.gained,
-            inverses: Interval::inverses_of(&self.compensation),
+            inverses: Interval::inverses_of(self.compensator.compensation()),
         };
         let transition = self.model.dynamics(&self.gathered, &interval).transition();
         // The noise enters with a true rotation: an average of rotations is shorter than one.
@@ -224,12 +221,12 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// Says whether the sensor model could take what was estimated; nothing is fed back where it could not.
     fn feed_back(&mut self) -> bool {
         let x = self.kalman.take_state();
-        let mut errors = *self.compensation.errors();
+        let mut errors = *self.compensator.compensation().errors();
         G::correct_sensors(&x, &mut errors);
         let Ok(compensation) = errors.compensation() else {
             return false;
         };
-        self.compensation = compensation;
+        self.compensator.set(compensation);
         G::correct_navigation(&x, &mut self.strapdown);
         true
     }
@@ -237,7 +234,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// A hole in the samples was bridged: the increments at its ends are no neighbours, and the attitude and velocity gained
     /// in it are uncertain by `angle_sigma` \[rad\] and `velocity_sigma` \[m/s\].
     pub fn bridge(&mut self, angle_sigma: f64, velocity_sigma: f64) {
-        self.strapdown.break_stream();
+        self.break_stream();
         for axis in 0..3 {
             let state = navigation::MISALIGNMENT_EAST + axis;
             self.kalman.add_variance(state, angle_sigma * angle_sigma);
@@ -251,6 +248,12 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             self.kalman
                 .add_variance(state, velocity_sigma * velocity_sigma);
         }
+    }
+
+    /// The next increment does not follow the last one.
+    fn break_stream(&mut self) {
+        self.strapdown.break_stream();
+        self.compensator.forget();
     }
 
     /// Goes over a hole without integrating: what was turned in it is told from outside. What is known of the sensors, and
@@ -300,7 +303,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         };
         self.strapdown
             .correct(&turned.scaled_axis(), &velocity_error, position_error);
-        self.strapdown.break_stream();
+        self.break_stream();
         Ok(())
     }
 
@@ -309,7 +312,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// # Errors
     /// [`Error::Setting`] where the sensor errors cannot be inverted.
     pub fn set_sensor_errors(&mut self, errors: &SensorErrors) -> Result<(), Error> {
-        self.compensation = errors.compensation()?;
+        self.compensator.set(errors.compensation()?);
         Ok(())
     }
 
@@ -320,19 +323,19 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
 
     /// What is taken out of the samples.
     pub fn compensation(&self) -> &Compensation {
-        &self.compensation
+        self.compensator.compensation()
     }
 
     /// The sensor errors: what has been fed back plus what the state holds.
     pub fn sensor_errors(&self) -> SensorErrors {
-        let mut errors = *self.compensation.errors();
+        let mut errors = *self.compensator.compensation().errors();
         G::correct_sensors(self.kalman.state(), &mut errors);
         errors
     }
 
     /// The state vector with the sensor errors whole: navigation errors not yet fed back, and sensor errors since the start.
     pub fn state(&self) -> SVector<f64, N> {
-        G::found(self.compensation.errors()) + self.kalman.state()
+        G::found(self.compensator.compensation().errors()) + self.kalman.state()
     }
 
     /// Covariance of the state.

@@ -7,7 +7,8 @@ use super::state::StateLabel;
 use crate::earth::LocalEarth;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
-use crate::sensor::errors::{Compensation, SensorErrors};
+use crate::sensor::compensation::Compensation;
+use crate::sensor::errors::SensorErrors;
 
 /// Some error states that belong together. The value of a group is its settings: what is known before, and how it walks.
 ///
@@ -20,6 +21,8 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
     const SIZE: usize = Self::LABELS.len();
     /// Where the error of the vertical velocity stands in it; only a vertical channel has it.
     const VELOCITY_UP: Option<usize> = None;
+    /// Whether it gathers changes of rate and specific force from sample to sample.
+    const FOLLOWS_CHANGES: bool = false;
 
     /// What it gathers between two covariance steps at the rate of the samples, such as ∫C dt.
     type Gathered: Copy + Default + std::fmt::Debug;
@@ -55,6 +58,10 @@ pub struct Span {
     pub attitude: Matrix3<f64>,
     /// What the sensors gathered in it, compensated.
     pub increment: Increment,
+    /// Change of the angular rate over it \[rad/s\]; zero where no group follows changes.
+    pub rate_change: Vector3<f64>,
+    /// Change of the specific force over it, block axes \[m/s²\]; zero where no group follows changes.
+    pub force_change: Vector3<f64>,
 }
 
 impl Span {

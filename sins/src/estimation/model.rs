@@ -21,6 +21,8 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     const STATES: [StateLabel; N];
     /// Row of the vertical velocity, where a vertical channel is among the groups.
     const VELOCITY_UP: Option<usize>;
+    /// Whether a group gathers changes of rate and specific force.
+    const FOLLOWS_CHANGES: bool;
     /// What the groups gather.
     type Gathered: Copy + Default + std::fmt::Debug;
 
@@ -146,6 +148,8 @@ macro_rules! model {
                 assert!(first == $model::M, "rows of the moving groups");
                 up
             };
+            const FOLLOWS_CHANGES: bool =
+                false $(|| <$moving_group as Group>::FOLLOWS_CHANGES)+ $(|| <$group_type as Group>::FOLLOWS_CHANGES)*;
             type Gathered = $gathered;
 
             fn prior(&self, place: &NavigationState) -> SVector<f64, { $model::N }> {
