@@ -122,21 +122,21 @@ impl TableErrors {
 
 impl Turntable {
     /// p and q, the axes that follow the inner one in the order x, y, z, x.
-    fn tilt_axes(&self) -> [Vector3<f64>; 2] {
+    fn tilt_axes(self) -> [Vector3<f64>; 2] {
         let inner = self.inner.unit();
         let next = Vector3::new(inner.z, inner.x, inner.y);
         [next, inner.cross(&next)]
     }
 
     /// Turns the block into the inner link.
-    fn tilt(&self, errors: &TableErrors) -> UnitQuaternion<f64> {
+    fn tilt(self, errors: &TableErrors) -> UnitQuaternion<f64> {
         let [p, q] = self.tilt_axes();
         let [first, second] = errors.inner_axis_tilt_rad;
         UnitQuaternion::from_scaled_axis(p * first + q * second)
     }
 
     /// About this axis the inner axis leaves its right angle.
-    fn square_axis(&self) -> Vector3<f64> {
+    fn square_axis(self) -> Vector3<f64> {
         self.outer.unit().cross(&self.inner.unit())
     }
 
