@@ -278,14 +278,13 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         let errors = &self.table.errors;
         let in_base = reading.turntable.attitude_with(reading.angles, errors);
         let attitude = self.strapdown.state().attitude;
-        let stands = match self.table.base {
-            Some(stands) => stands,
-            None => {
-                for state in base..base + 3 {
-                    self.kalman.forget(state, UNKNOWN_BASE_RAD.powi(2));
-                }
-                *self.table.base.insert(attitude * in_base.inverse())
+        let stands = if let Some(stands) = self.table.base {
+            stands
+        } else {
+            for state in base..base + 3 {
+                self.kalman.forget(state, UNKNOWN_BASE_RAD.powi(2));
             }
+            *self.table.base.insert(attitude * in_base.inverse())
         };
         let turn = ((stands * in_base).inverse() * attitude).scaled_axis();
         let derivatives = reading

@@ -62,8 +62,8 @@ impl Group for GyroscopeGSensitivity {
     }
 
     fn correct_sensors(x: &[f64], errors: &mut SensorErrors) {
-        for axis in 0..3 {
-            errors.gyroscope_g_sensitivity[(axis, axis)] += x[axis];
+        for (axis, value) in x.iter().enumerate() {
+            errors.gyroscope_g_sensitivity[(axis, axis)] += value;
         }
     }
 
