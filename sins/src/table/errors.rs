@@ -53,6 +53,23 @@ pub struct AttitudeDerivatives {
     pub encoder_eccentricity_inner: [Vector3<f64>; 2],
 }
 
+impl AttitudeDerivatives {
+    /// Of what a filter finds, in the order of its states: γ, τ_1, τ_2, the inner zero, sine and cosine of the outer and of the
+    /// inner encoder \[rad/rad\].
+    pub fn of_states(&self) -> [Vector3<f64>; 8] {
+        [
+            self.nonorthogonality,
+            self.inner_axis_tilt[0],
+            self.inner_axis_tilt[1],
+            self.encoder_zero[1],
+            self.encoder_eccentricity_outer[0],
+            self.encoder_eccentricity_outer[1],
+            self.encoder_eccentricity_inner[0],
+            self.encoder_eccentricity_inner[1],
+        ]
+    }
+}
+
 impl TableErrors {
     /// Whether nothing is wrong.
     pub fn is_zero(&self) -> bool {
