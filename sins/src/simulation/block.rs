@@ -66,7 +66,7 @@ impl Mount {
         if self.flexing_rad_per_g == Vector3::zeros() {
             return rigid;
         }
-        rigid * UnitQuaternion::from_scaled_axis(self.bend(&self.up(ship, &rigid)))
+        rigid * UnitQuaternion::from_scaled_axis(self.bend(&up_in_block(ship, &rigid)))
     }
 
     fn rigid_attitude(&self, angles: [f64; 2]) -> UnitQuaternion<f64> {
@@ -75,10 +75,6 @@ impl Mount {
         } else {
             self.turntable.true_attitude(angles, &self.errors)
         }
-    }
-
-    fn up(&self, ship: &ShipState, rigid: &UnitQuaternion<f64>) -> Vector3<f64> {
-        rigid.inverse() * (ship.attitude.inverse() * Vector3::z())
     }
 
     fn bend(&self, up: &Vector3<f64>) -> Vector3<f64> {
@@ -110,7 +106,7 @@ impl Mount {
                 rate_change,
             };
         }
-        let up = self.up(ship, &rigid);
+        let up = up_in_block(ship, &rigid);
         let over_level = rigid.inverse() * ship.rate_over_level + rate;
         let up_change = up.cross(&over_level);
         let (bend, bend_rate) = (self.bend(&up), self.bend(&up_change));
@@ -139,6 +135,11 @@ impl Mount {
             force: to_block * ship.specific_force,
         }
     }
+}
+
+/// The upward direction in the block.
+fn up_in_block(ship: &ShipState, rigid: &UnitQuaternion<f64>) -> Vector3<f64> {
+    rigid.inverse() * (ship.attitude.inverse() * Vector3::z())
 }
 
 #[cfg(test)]

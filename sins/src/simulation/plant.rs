@@ -28,7 +28,7 @@ const GAUSS_LEGENDRE: [(f64, f64); 5] = [
 /// Nodes and weights of the rule of three nodes, for a ship that moves: over 50 ms the sea leaves less than 1e-12 of it.
 const GAUSS_LEGENDRE_OF_THREE: [(f64, f64); 3] = [
     (-0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-    (0.0, 0.888_888_888_888_888_9),
+    (0.0, 0.888_888_888_888_888_8),
     (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
 ];
 /// Up to this length of an interval three nodes are enough \[s\].

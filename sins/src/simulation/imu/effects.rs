@@ -14,7 +14,7 @@ const RATE: f64 = 0.2;
 const CRUISE: usize = 400;
 
 /// A table that turns about its outer axis (x), with a cruise at [`RATE`]; truth and samples.
-fn turning(settings: ImuErrorSettings) -> Vec<(TruthSample, ImuSample)> {
+fn turning(settings: &ImuErrorSettings) -> Vec<(TruthSample, ImuSample)> {
     let mut plant = Plant::new(PlantSettings {
         accelerometer_delay_s: settings.errors.accelerometer_delay_s,
         ..PlantSettings::default()
@@ -22,7 +22,7 @@ fn turning(settings: ImuErrorSettings) -> Vec<(TruthSample, ImuSample)> {
     .unwrap();
     let motion = Trajectory::trapezoid(Joint::Outer, [0.0; 2], 2.0, RATE, 0.1).unwrap();
     plant.command(None, &motion).unwrap();
-    let mut imu = ImuErrors::new(settings, 1).unwrap();
+    let mut imu = ImuErrors::new(*settings, 1).unwrap();
     (0..1000)
         .map(|_| {
             let truth = plant.step();
@@ -40,7 +40,7 @@ fn with(change: impl FnOnce(&mut SensorErrors)) -> ImuErrorSettings {
 /// An accelerometer at an arm r across the axis feels ω² r towards it at a constant rate and ω̇ r across while the table speeds up.
 #[test]
 fn an_arm_feels_centripetal_and_tangential_acceleration() {
-    let all = turning(with(|errors| {
+    let all = turning(&with(|errors| {
         errors.accelerometer_arms = Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.03, 0.0, 0.0, 0.02, 0.0);
     }));
     let off = |k: usize| all[k].1.specific_force - all[k].0.specific_force;
@@ -54,7 +54,7 @@ fn an_arm_feels_centripetal_and_tangential_acceleration() {
 /// An accelerometer that is late reports what was felt that much before: with a delay of one interval, the sample before.
 #[test]
 fn a_late_accelerometer_reports_the_past() {
-    let late = turning(with(|errors| errors.accelerometer_delay_s = 0.01));
+    let late = turning(&with(|errors| errors.accelerometer_delay_s = 0.01));
     let (mut worst, mut greatest) = (0.0f64, 0.0f64);
     for k in 1..late.len() {
         let past = late[k - 1].0.specific_force;
@@ -126,7 +126,7 @@ fn the_model_of_the_filter_agrees() {
             accelerometer_delay_s: 3e-4,
         };
     });
-    let all = turning(settings);
+    let all = turning(&settings);
     let (before, (truth, sample), after) = (all[CRUISE - 1].0, all[CRUISE], all[CRUISE + 1].0);
     let change = |get: fn(&TruthSample) -> Vector3<f64>| (get(&after) - get(&before)) / 0.02;
     let (rate, force) = settings.errors.corrupt(&BlockMotion {
