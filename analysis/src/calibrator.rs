@@ -16,7 +16,7 @@ impl Calibrator {
     /// Where a setting is refused.
     pub fn new(settings: &Settings) -> Result<Self, sins::Error> {
         Ok(Self {
-            machine: SelfCalibration::new(*settings)?,
+            machine: SelfCalibration::new(settings.clone())?,
         })
     }
 

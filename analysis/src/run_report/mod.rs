@@ -72,7 +72,7 @@ impl RunReport {
         let positions = run.tracks().each_ref().map(|track| track.points.points());
         let figures = Drawing {
             run: &run,
-            thresholds: settings.thresholds,
+            thresholds: settings.thresholds.clone(),
             clock,
             points: &points,
             singles: &singles,
