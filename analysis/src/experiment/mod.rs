@@ -110,6 +110,7 @@ fn trial(plan: &Plan, run: u64) -> Result<Trial, Error> {
         imu: ImuErrorSettings {
             errors,
             noise: plan.noise.density(),
+            ..ImuErrorSettings::perfect()
         },
         seed,
         ..SimulatorSettings::default()

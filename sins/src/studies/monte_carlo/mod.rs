@@ -320,6 +320,7 @@ impl MonteCarlo {
         let imu = ImuErrorSettings {
             errors: SensorErrors::constant(truth.gyroscope_drift, truth.accelerometer_bias),
             noise: self.noise,
+            ..ImuErrorSettings::perfect()
         };
         let computed = NavigationState {
             attitude: small_rotation(&-truth.misalignment) * start.attitude,
