@@ -7,16 +7,15 @@ use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{ParameterSet, Unit};
 use sins::estimation::filter::InitialUncertainty;
-use sins::estimation::grade::{Grade, GroupPriors};
 use sins::machines::self_calibration::{EncoderAccuracy, Reference, Settings};
 use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
 use crate::axes;
+use crate::groups::{GradeChoice, groups};
 use crate::units::{
-    ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_G, DEGREE_PER_HOUR_SQRT_HOUR,
-    DEGREE_PER_SQRT_HOUR, MICRO_G, MICRO_G_PER_G2, MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
-    MILLIMETRE, MILLISECOND, PPM,
+    ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
+    MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
 };
 
 /// How much later than its sample a measured velocity may come, where nothing else is said \[s\].
@@ -80,7 +79,7 @@ impl From<Settings> for FilterParameters {
         };
         let reference = settings.reference;
         Self {
-            grade: GradeChoice(settings.grade),
+            grade: GradeChoice::from(settings.grade),
             settings,
             velocity_reference,
             moored_sigma_m_s: moored(reference)
@@ -117,7 +116,7 @@ impl FilterParameters {
                     patience_s: self.velocity_patience_s,
                 },
             },
-            grade: self.grade.0,
+            grade: self.grade.into(),
             encoders: self.settings.encoders.filter(|e| e.sigma_rad > 0.0),
             ..self.settings
         };
@@ -235,7 +234,7 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
 
 /// Parameters of the filter of self-calibration. The thresholds are apart, see [`crate::thresholds`].
 pub fn filter() -> ParameterSet<FilterParameters> {
-    alignment(Settings::default())
+    let set = alignment(Settings::default())
         .number(
             "update_interval_s",
             Unit::SECOND,
@@ -311,8 +310,13 @@ pub fn filter() -> ParameterSet<FilterParameters> {
             |s| &mut s.settings.walk.accelerometer_bias_m_s2_sqrt_s,
             "How the accelerometer biases wander from one alignment to the next",
         )
-        .include(prior(), |s| &mut s.settings.prior)
-        .choice(
+        .include(prior(), |s| &mut s.settings.prior);
+    whole(set)
+}
+
+/// The model, and what the whole one is told.
+fn whole(set: ParameterSet<FilterParameters>) -> ParameterSet<FilterParameters> {
+    set.choice(
             "model",
             &["whole", "paper"],
             |s| &mut s.settings.model,
@@ -339,157 +343,6 @@ pub fn filter() -> ParameterSet<FilterParameters> {
             |s| &mut s.encoders().wobble_sigma_rad,
             "1 sigma about the axis across both joints: how the table's axes wobble",
         )
-}
-
-/// What is known before of the groups of the whole model.
-fn groups() -> ParameterSet<GroupPriors> {
-    let number =
-        |set: ParameterSet<GroupPriors>,
-         key: &'static str,
-         unit: Unit,
-         field: fn(&mut GroupPriors) -> &mut f64,
-         words: &'static str| { set.number(key, unit, -1e9..=1e9, field, words) };
-    let mut set = ParameterSet::new("Prior", GroupPriors::BY_GRADE);
-    set = number(
-        set,
-        "prior_height_m",
-        Unit::METRE,
-        |s| &mut s.height_m,
-        "1 sigma of the height; negative: by the grade",
-    );
-    set = number(
-        set,
-        "prior_gyroscope_scale_factor_ppm",
-        PPM,
-        |s| &mut s.gyroscope_scale_factor,
-        "1 sigma of the gyroscopes' scale factors; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_gyroscope_installation_arcsec",
-        ARC_SECOND,
-        |s| &mut s.gyroscope_installation_rad,
-        "1 sigma of the gyroscopes' installation angles; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_accelerometer_scale_factor_ppm",
-        PPM,
-        |s| &mut s.accelerometer_scale_factor,
-        "1 sigma of the accelerometers' scale factors; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_accelerometer_installation_arcsec",
-        ARC_SECOND,
-        |s| &mut s.accelerometer_installation_rad,
-        "1 sigma of the accelerometers' installation angles; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_accelerometer_quadratic_ug_per_g2",
-        MICRO_G_PER_G2,
-        |s| &mut s.accelerometer_quadratic_per_m_s2,
-        "1 sigma of the accelerometers' quadratic coefficients; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_accelerometer_arm_mm",
-        MILLIMETRE,
-        |s| &mut s.accelerometer_arm_m,
-        "1 sigma of the accelerometers' arms from the table's centre; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_gyroscope_g_sensitivity_deg_per_hour_per_g",
-        DEGREE_PER_HOUR_PER_G,
-        |s| &mut s.gyroscope_g_sensitivity_rad_s_per_m_s2,
-        "1 sigma of the gyroscopes' g-sensitivity; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_accelerometer_delay_ms",
-        MILLISECOND,
-        |s| &mut s.accelerometer_delay_s,
-        "1 sigma of the accelerometers' delay against the gyroscopes; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_table_nonorthogonality_arcsec",
-        ARC_SECOND,
-        |s| &mut s.table_nonorthogonality_rad,
-        "1 sigma of the non-orthogonality of the table's axes; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_inner_axis_tilt_arcsec",
-        ARC_SECOND,
-        |s| &mut s.inner_axis_tilt_rad,
-        "1 sigma of the inner axis' tilts in the block; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_encoder_zero_arcsec",
-        ARC_SECOND,
-        |s| &mut s.encoder_zero_rad,
-        "1 sigma of the inner encoder's zero; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "prior_encoder_eccentricity_arcsec",
-        ARC_SECOND,
-        |s| &mut s.encoder_eccentricity_rad,
-        "1 sigma of the encoders' eccentricities; negative: by the grade; 0: not estimated",
-    );
-    set = number(
-        set,
-        "whole_gyroscope_drift_walk_deg_per_hour_sqrt_hour",
-        DEGREE_PER_HOUR_SQRT_HOUR,
-        |s| &mut s.gyroscope_drift_walk_rad_s_sqrt_s,
-        "Walk of the gyroscope drifts in the whole model; negative: by the grade",
-    );
-    set = number(
-        set,
-        "whole_accelerometer_bias_walk_ug_per_sqrt_hour",
-        MICRO_G_PER_SQRT_HOUR,
-        |s| &mut s.accelerometer_bias_walk_m_s2_sqrt_s,
-        "Walk of the accelerometer biases in the whole model; negative: by the grade",
-    );
-    number(
-        set,
-        "turn_noise_ppm",
-        PPM,
-        |s| &mut s.turn_noise,
-        "What a turn costs that no state describes, as a share of 180 deg; negative: by the grade",
-    )
-}
-
-/// A grade, or that the noise is to tell it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GradeChoice(Option<Grade>);
-
-impl GradeChoice {
-    const NAMES: [&str; 4] = ["auto", "ring-laser", "fibre-optic", "mems"];
-}
-
-impl fmt::Display for GradeChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0.map_or("auto", Grade::name))
-    }
-}
-
-impl FromStr for GradeChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "auto" {
-            return Ok(Self(None));
-        }
-        let grade = text.parse::<Grade>();
-        grade
-            .map(|grade| Self(Some(grade)))
-            .map_err(|_| format!("'{text}' is none of {}", Self::NAMES.join(", ")))
-    }
 }
 
 /// Parameters of what is known before the first sample.

@@ -236,8 +236,8 @@ mod tests {
         let up = Vector3::new(0.3, -0.2, 9.8);
         // ∫ exp(−τ ω×) f dτ of a force that stands still outside, from t to t + dt, by its series.
         let (a, half) = ((rate * dt).cross_matrix(), 0.5);
-        let mean = Matrix3::identity() - a * half + a * a / 6.0 - a * a * a / 24.0
-            + a * a * a * a / 120.0;
+        let mean =
+            Matrix3::identity() - a * half + a * a / 6.0 - a * a * a / 24.0 + a * a * a * a / 120.0;
         let mut corrector = IncrementCorrector::default();
         for k in 0..5 {
             let turned = small_rotation(&(rate * (dt * f64::from(k))));
