@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use ros2_interfaces::cdr;
 use ros2_interfaces::geometry_msgs::Quaternion;
 use ros2_interfaces::ros_message;
 use ros2_interfaces::std_msgs::Header;
@@ -169,7 +170,7 @@ pub struct Calibration {
     pub height_m: f64,
     /// Names of the states, in order.
     pub state_names: Vec<String>,
-    /// Row-major, square of the length of state_names.
+    /// Row-major, square of the length of state_names, or empty; a variance of 0 stands for what was not estimated.
     pub covariance: Vec<f64>,
     /// A phase of SelfCalibrationEstimate.
     pub phase: u8,
@@ -183,6 +184,29 @@ pub struct Calibration {
     pub duration: f64,
     /// What made it: a node, a file, ground truth.
     pub source: String,
+    /// As many as state_names: errors of sensors and table, zero where fed back; empty stands for zeros.
+    pub state: Vec<f64>,
+}
+
+impl Calibration {
+    /// Reads a payload of a bag; in one of the time before `state` was there, it is empty.
+    ///
+    /// # Errors
+    /// Why it is no calibration.
+    pub fn from_cdr(payload: &[u8]) -> Result<Self, String> {
+        cdr::decode(payload).or_else(|error| {
+            // The length of an array that is empty, behind as many bytes as bring it to its place.
+            let mut longer = payload.to_vec();
+            longer.resize(payload.len().next_multiple_of(4) + 4, 0);
+            cdr::decode(&longer).map_err(|_| error)
+        })
+    }
+
+    /// Errors by the names of their states.
+    pub fn named_states(&self) -> impl Iterator<Item = (&str, f64)> {
+        let names = self.state_names.iter().map(String::as_str);
+        names.zip(self.state.iter().copied())
+    }
 }
 
 ros_message!(

@@ -310,7 +310,7 @@ impl Gathering<'_> {
                 run.diagnostics.take(&array);
             }
             Role::TrueCalibration => {
-                let truth: Calibration = cdr::decode(message.data)?;
+                let truth = Calibration::from_cdr(message.data)?;
                 run.truth.take_calibration(truth);
             }
             Role::TruePose => {

@@ -139,8 +139,13 @@ impl Outputs {
     /// What is there before the first sample: the truth, and where the joints stand.
     pub async fn publish_first(&mut self, simulator: &Simulator) {
         let plant = simulator.plant();
-        let errors = &simulator.imu_errors().errors;
-        let truth = Calibration::ground_truth(plant.now(), errors, plant.attitude(), plant.ship());
+        let truth = Calibration::ground_truth(
+            plant.now(),
+            &simulator.sensor_errors(),
+            &plant.settings().table_errors,
+            plant.attitude(),
+            plant.ship(),
+        );
         self.calibration.publish(truth).left_to_diagnostics();
         self.publish_clock(plant.now());
         self.publish_joints(&simulator.first_joints()).await;

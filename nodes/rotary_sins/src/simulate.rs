@@ -286,8 +286,13 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let mut output = Output::new(options)?;
     let progress = SecondsBar::new("simulating", duration_s);
     let plant = simulator.plant();
-    let truth =
-        Calibration::ground_truth(start, &settings.imu.errors, plant.attitude(), plant.ship());
+    let truth = Calibration::ground_truth(
+        start,
+        &simulator.sensor_errors(),
+        &settings.plant.table_errors,
+        plant.attitude(),
+        plant.ship(),
+    );
     output.write(output.truth, start, &truth)?;
     output.write(
         output.joints,

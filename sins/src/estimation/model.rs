@@ -302,6 +302,36 @@ model! {
     }
 }
 
+model! {
+    /// The whole sensor for free-inertial navigation: no vertical channel, which diverges by itself, and no table: 44.
+    Inertial, gathers InertialGathered, filter InertialFilter:
+    moving { navigation: Navigation }
+    parameters {
+        bias: Bias,
+        gyroscope_matrix: GyroscopeMatrix,
+        accelerometer_matrix: AccelerometerMatrix,
+        quadratic: AccelerometerQuadratic,
+        arms: AccelerometerArms,
+        g_sensitivity: GyroscopeGSensitivity,
+        delay: AccelerometerDelay,
+    }
+}
+
+impl From<Whole> for Inertial {
+    fn from(whole: Whole) -> Self {
+        Self {
+            navigation: whole.navigation,
+            bias: whole.bias,
+            gyroscope_matrix: whole.gyroscope_matrix,
+            accelerometer_matrix: whole.accelerometer_matrix,
+            quadratic: whole.quadratic,
+            arms: whole.arms,
+            g_sensitivity: whole.g_sensitivity,
+            delay: whole.delay,
+        }
+    }
+}
+
 /// The label of a state that any group here has, by its name.
 pub fn label(name: &str) -> Option<&'static StateLabel> {
     const ALL: [StateLabel; Whole::N] = Whole::STATES;

@@ -15,6 +15,7 @@ use crate::estimation::state::{NamedCovariance, StateEstimate};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::SensorErrors;
 use crate::stream::counts::StreamCounts;
+use crate::table::TableErrors;
 use crate::time::Stamp;
 
 /// Where self-calibration stands.
@@ -96,6 +97,8 @@ pub struct Estimate {
     pub vehicle_turn_rad: f64,
     /// The sensor errors that have been found.
     pub errors: SensorErrors,
+    /// The table's errors that have been found, by its encoders.
+    pub table: TableErrors,
     /// The states of the filter by name; what has been fed back is zero in the navigation and included in the sensor errors.
     pub states: StateEstimate,
     /// Innovations.
@@ -193,6 +196,7 @@ impl Estimate {
             stamp: self.stamp,
             phase: self.phase,
             errors: self.errors,
+            table: self.table,
             attitude: self.navigation.attitude,
             position: self.navigation.position,
             covariance: self.covariance().clone(),
@@ -211,6 +215,8 @@ pub struct Calibration {
     pub phase: Phase,
     /// The sensor errors to take out.
     pub errors: SensorErrors,
+    /// Errors of the table and its encoders.
+    pub table: TableErrors,
     /// Attitude of the block at `stamp` (b to n).
     pub attitude: UnitQuaternion<f64>,
     /// Position; the height stays as it was given.

@@ -43,6 +43,8 @@ pub(in crate::machines) struct Estimator {
     position: Option<Position>,
     newest_position: Option<Position>,
     stage: Stage,
+    /// What was known of the sensors before the first sample.
+    known_before: Option<SensorKnowledge>,
     /// The judge of the alignment before this one.
     judge_before: Option<Judge>,
     last: Option<Estimate>,
@@ -61,6 +63,7 @@ impl Estimator {
             position: None,
             newest_position: None,
             stage: Stage::Idle,
+            known_before: None,
             judge_before: None,
             last: None,
             phase_told: Phase::WaitingForPosition,
@@ -68,6 +71,13 @@ impl Estimator {
             updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
         })
+    }
+
+    /// Begins with what is known of the sensors.
+    #[must_use]
+    pub(in crate::machines) fn knowing(mut self, known: SensorKnowledge) -> Self {
+        self.known_before = Some(known);
+        self
     }
 
     pub(super) fn settings(&self) -> &Settings {
@@ -151,7 +161,7 @@ impl Estimator {
     /// An epoch begins: attitude and velocity are found anew, and what is known of the sensors goes on.
     pub(in crate::machines) fn begin(&mut self, stamp: Stamp, cause: EpochCause, stream: &Stream) {
         let known = match std::mem::replace(&mut self.stage, Stage::Idle) {
-            Stage::Idle => None,
+            Stage::Idle => self.known_before.clone(),
             Stage::Gathering(gathering) => gathering.known,
             Stage::Running(run) => {
                 let known = run.knowledge();
@@ -184,7 +194,8 @@ impl Estimator {
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
                         self.updates_before = self.updates_before + run.filter.counts();
-                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, None)));
+                        let known = self.known_before.as_ref();
+                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
                         return self.fail(stamp, &error, stream);
                     }
                 };
@@ -390,6 +401,7 @@ impl Estimator {
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
             navigation: *run.filter.navigation(),
             errors: run.filter.sensor_errors(),
+            table: run.filter.table().errors,
             states: run.filter.estimate(),
             innovations: run.judge.report(),
             turned: run.turned,
@@ -426,14 +438,16 @@ impl Beginning<'_> {
                 (known.errors, prior)
             },
         );
-        ErrorFilter::new(
+        let filter = ErrorFilter::new(
             model,
             self.place,
             &errors,
             covariance,
             self.noise,
             Loop::Open,
-        )
+        )?;
+        let table = self.known.map(|known| known.table).unwrap_or_default();
+        Ok(filter.with_table(table))
     }
 }
 
