@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use ros2_interfaces::cdr;
 use ros2_interfaces::geometry_msgs::Quaternion;
-use ros2_interfaces::ros_message;
 use ros2_interfaces::std_msgs::Header;
+use ros2_interfaces::{RosMessage, ros_message};
 
 /// Where the rotation scheme stands. Topic scheme/status, reliable, transient local, from the scheme sequencer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -116,9 +116,19 @@ pub struct SelfCalibrationEstimate {
     pub duration: f64,
     /// One line for a person.
     pub message: String,
+    /// Of the states before anything was measured; empty, or zero where not known.
+    pub prior_std: Vec<f64>,
 }
 
 impl SelfCalibrationEstimate {
+    /// Reads a payload of a bag; in one of the time before `prior_std` was there, it is empty.
+    ///
+    /// # Errors
+    /// Why it is no estimate.
+    pub fn from_cdr(payload: &[u8]) -> Result<Self, String> {
+        of_bag(payload)
+    }
+
     /// No latitude and longitude yet.
     pub const WAITING_FOR_POSITION: u8 = 0;
     /// Attitude from gravity and earth rate in the inertial frame.
@@ -131,6 +141,16 @@ impl SelfCalibrationEstimate {
     pub const CONVERGED: u8 = 4;
     /// The innovations do not agree with the covariance.
     pub const INCONSISTENT: u8 = 5;
+}
+
+/// Reads a payload that may be from before the last array of its type was there.
+fn of_bag<M: RosMessage>(payload: &[u8]) -> Result<M, String> {
+    cdr::decode(payload).or_else(|error| {
+        // The length of an empty array, behind as many bytes as bring it to its place.
+        let mut longer = payload.to_vec();
+        longer.resize(payload.len().next_multiple_of(4) + 4, 0);
+        cdr::decode(&longer).map_err(|_| error)
+    })
 }
 
 /// A calibration of the sensor block. Topic self_calibration/calibration, reliable, transient local.
@@ -194,12 +214,7 @@ impl Calibration {
     /// # Errors
     /// Why it is no calibration.
     pub fn from_cdr(payload: &[u8]) -> Result<Self, String> {
-        cdr::decode(payload).or_else(|error| {
-            // The length of an array that is empty, behind as many bytes as bring it to its place.
-            let mut longer = payload.to_vec();
-            longer.resize(payload.len().next_multiple_of(4) + 4, 0);
-            cdr::decode(&longer).map_err(|_| error)
-        })
+        of_bag(payload)
     }
 
     /// Errors by the names of their states.
@@ -230,3 +245,33 @@ ros_message!(
     "RIHS01_e469ca54c95d7b954e26ca1b4d9742ab2d5cfb062b0c54a884e3f9bccc1b65ff",
     [Header, Quaternion]
 );
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A payload from before the last array was there is read with that array empty, whatever the length of the text before it;
+    /// one that ends earlier is refused.
+    #[test]
+    fn older_records_are_read() {
+        for source in ["", "a", "ab", "abc", "abcd"] {
+            let calibration = Calibration {
+                source: source.to_owned(),
+                samples: 7,
+                ..Calibration::default()
+            };
+            let mut payload = Vec::new();
+            cdr::encode(&calibration, &mut payload).unwrap();
+            assert_eq!(Calibration::from_cdr(&payload).unwrap(), calibration);
+            // Behind the text, its end and what brings the length to its place.
+            let older = payload.len() - 4 - (4 - (source.len() + 1) % 4) % 4;
+            assert_eq!(
+                Calibration::from_cdr(&payload[..older]).unwrap(),
+                calibration
+            );
+            let cut_off = &payload[..older - source.len() - 9];
+            assert!(Calibration::from_cdr(cut_off).is_err());
+        }
+    }
+}

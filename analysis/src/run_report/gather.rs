@@ -283,7 +283,7 @@ impl Gathering<'_> {
         let run = &mut self.run;
         match role {
             Role::Estimate => {
-                let estimate: SelfCalibrationEstimate = cdr::decode(message.data)?;
+                let estimate = SelfCalibrationEstimate::from_cdr(message.data)?;
                 let stamp: Stamp = stamp_from_time(estimate.header.stamp);
                 run.history.take_phase(stamp, estimate.phase);
                 // Before the filter runs there are no numbers.

@@ -38,6 +38,7 @@ pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate 
         state: estimate.states.values().to_vec(),
         covariance: covariance.row_major(),
         std: covariance.sigmas(),
+        prior_std: prior(estimate),
         gyroscope_drift: estimate.gyroscope_drift().into(),
         gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
         accelerometer_bias: estimate.accelerometer_bias().into(),
@@ -221,6 +222,11 @@ pub fn refusal(fix: &NavSatFix) -> Option<(&'static str, String)> {
                 format!("{name} is {value}, expected a finite number"),
             )
         })
+}
+
+fn prior(estimate: &Estimate) -> Vec<f64> {
+    let of = |name| estimate.prior.value(name).unwrap_or_default();
+    estimate.states.states().iter().map(of).collect()
 }
 
 fn names(states: &StateList) -> Vec<String> {

@@ -16,7 +16,7 @@ use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
 use super::groups::table::{BaseAttitude, Table, TableEstimate};
 use super::groups::vertical::Vertical;
 use super::kalman::Dynamics;
-use super::state::{NamedCovariance, StateLabel, StateList};
+use super::state::{NamedCovariance, StateLabel, StateList, StateValues};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
@@ -69,6 +69,11 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     fn initial_covariance(&self, place: &NavigationState) -> SMatrix<f64, N, N> {
         let sigma = self.prior(place);
         SMatrix::from_diagonal(&sigma.component_mul(&sigma))
+    }
+
+    /// One-sigma of all states before anything is measured, with their names.
+    fn named_prior(&self, place: &NavigationState) -> StateValues {
+        StateValues::of(Self::LIST, &self.prior(place))
     }
 
     /// A covariance over this model's states with their names.

@@ -11,7 +11,7 @@ use crate::earth::rotation::HeadingPitchRoll;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::UpdateCounts;
-use crate::estimation::state::{NamedCovariance, StateEstimate};
+use crate::estimation::state::{NamedCovariance, StateEstimate, StateValues};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::SensorErrors;
 use crate::stream::counts::StreamCounts;
@@ -52,6 +52,9 @@ impl Phase {
 
 /// A turn of the ship above this while the table works \[rad\] says that the table's axes are set wrong.
 const IMPLAUSIBLE_TURN_RAD: f64 = 0.35;
+
+/// A state whose one-sigma has shrunk by a smaller share than this kept its prior.
+const KEPT: f64 = 0.05;
 
 /// What stands for a one-sigma that is not known, in estimates and in messages.
 pub const NOT_KNOWN: f64 = -1.0;
@@ -101,6 +104,8 @@ pub struct Estimate {
     pub table: TableErrors,
     /// The states of the filter by name; what has been fed back is zero in the navigation and included in the sensor errors.
     pub states: StateEstimate,
+    /// One-sigma of the states before anything was measured; zero where a group is not estimated.
+    pub prior: StateValues,
     /// Innovations.
     pub innovations: InnovationReport,
     /// The block has turned since fine alignment began, or did before an alignment that was started anew.
@@ -126,6 +131,22 @@ impl Estimate {
     /// What the judge says of it, by the thresholds of these settings. The phase says the same in one word.
     pub fn verdict(&self, settings: &Settings) -> Verdict {
         self.evidence().verdict(settings)
+    }
+
+    /// What record and scheme have taught of a state: the share by which its one-sigma has shrunk. `None` where nothing was
+    /// said of it before.
+    pub fn learned(&self, name: &str) -> Option<f64> {
+        let prior = self.prior.value(name).filter(|sigma| *sigma > 0.0)?;
+        Some((1.0 - self.states.sigma(name)? / prior).max(0.0))
+    }
+
+    /// States that kept their prior: what neither record nor scheme shows. Their estimates are not found, and their sigmas are
+    /// what was known before.
+    pub fn unobservable(&self) -> Vec<&str> {
+        let names = self.states.states().iter();
+        names
+            .filter(|name| self.learned(name).is_some_and(|share| share < KEPT))
+            .collect()
     }
 
     /// Covariance of the states.

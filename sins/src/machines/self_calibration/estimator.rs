@@ -301,8 +301,11 @@ impl Estimator {
             noise,
         };
         let (settings, initial) = (&self.settings, &self.settings.prior);
-        let filter: AnyFilter = match settings.model {
-            ModelChoice::Paper => beginning.filter(initial.model())?.into(),
+        let (filter, prior): (AnyFilter, _) = match settings.model {
+            ModelChoice::Paper => {
+                let model = initial.model();
+                (beginning.filter(model)?.into(), model.named_prior(&place))
+            }
             ModelChoice::Whole => {
                 let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
                 let mut initial = *initial;
@@ -316,15 +319,15 @@ impl Estimator {
                     azimuth_prior_rad(&initial.gyroscope_drift_rad_s, position.latitude_rad.cos());
                 initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
                 let model = groups.model(&initial);
-                beginning
-                    .filter(model)?
-                    .with_turn_noise(groups.turn_noise)
-                    .into()
+                let filter = beginning.filter(model)?;
+                let filter = filter.with_turn_noise(groups.turn_noise);
+                (filter.into(), model.named_prior(&place))
             }
         };
         let schedule = Schedule::new(gathering.start, self.settings.step_s);
         let mut run = Running {
             filter,
+            prior,
             start: gathering.start,
             last: gathering.start,
             aiding: Aiding::new(self.settings.reference, schedule),
@@ -403,6 +406,7 @@ impl Estimator {
             errors: run.filter.sensor_errors(),
             table: run.filter.table().errors,
             states: run.filter.estimate(),
+            prior: run.prior.clone(),
             innovations: run.judge.report(),
             turned: run.turned,
             encoders: run.encoders.usage(),
