@@ -6,7 +6,8 @@ use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use sins::sensor::errors::SensorErrors;
-use sins::simulation::{PositionFix, ShipState, VelocityFix};
+use sins::simulation::{PositionFix, ShipState, VelocityFix, named_truth};
+use sins::table::TableErrors;
 use sins::table::scheme::sequencer::{Command, State, Status};
 use sins::time::Stamp;
 
@@ -28,7 +29,11 @@ impl ToMessage<NavSatFix> for PositionFix {
             latitude: self.latitude_rad.to_degrees(),
             longitude: self.longitude_rad.to_degrees(),
             altitude: self.height_m,
-            position_covariance_type: NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN,
+            position_covariance_type: if self.variance_m2 == Vector3::zeros() {
+                NavSatFix::COVARIANCE_TYPE_UNKNOWN
+            } else {
+                NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN
+            },
             ..NavSatFix::default()
         };
         for axis in 0..3 {
@@ -54,9 +59,10 @@ impl ToMessage<TwistWithCovarianceStamped> for VelocityFix {
     }
 }
 
-/// The true pose of the sensor block, East-North-Up from where the ship rests, its velocity and its rate in its own axes.
+/// The true pose of the sensor block, East-North-Up from where the ship began, its velocity and its rate in its own axes.
 pub fn odometry_of_block(
     stamp: Stamp,
+    place: Vector3<f64>,
     attitude: UnitQuaternion<f64>,
     velocity: Vector3<f64>,
     rate: Vector3<f64>,
@@ -66,6 +72,7 @@ pub fn odometry_of_block(
         child_frame_id: IMU_LINK.to_owned(),
         ..Odometry::default()
     };
+    message.pose.pose.position = place.into();
     message.pose.pose.orientation = attitude.into();
     message.twist.twist.linear = (attitude.inverse() * velocity).into();
     message.twist.twist.angular = rate.into();
@@ -73,14 +80,18 @@ pub fn odometry_of_block(
 }
 
 impl Calibration {
-    /// The truth of a simulated sensor block: no uncertainty.
+    /// The truth of a simulated sensor block on its table: no uncertainty.
     pub fn ground_truth(
         stamp: Stamp,
         errors: &SensorErrors,
+        table: &TableErrors,
         attitude: UnitQuaternion<f64>,
         ship: &ShipState,
     ) -> Self {
+        let (state_names, state) = named_truth(errors, table).into_iter().unzip();
         Self {
+            state_names,
+            state,
             header: header(stamp, IMU_LINK),
             valid: true,
             converged: true,
