@@ -1,13 +1,12 @@
 //! What the simulation and the sequencer say, as messages: the one function that both the nodes and simulated bags use.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::geometry_msgs::{Point, TwistWithCovarianceStamped};
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use sins::sensor::errors::SensorErrors;
-use sins::simulation::{PositionFix, ShipState, VelocityFix, named_truth};
-use sins::table::TableErrors;
+use sins::simulation::{PositionFix, ShipState, VelocityFix};
 use sins::table::scheme::sequencer::{Command, State, Status};
 use sins::time::Stamp;
 
@@ -72,7 +71,11 @@ pub fn odometry_of_block(
         child_frame_id: IMU_LINK.to_owned(),
         ..Odometry::default()
     };
-    message.pose.pose.position = place.into();
+    message.pose.pose.position = Point {
+        x: place.x,
+        y: place.y,
+        z: place.z,
+    };
     message.pose.pose.orientation = attitude.into();
     message.twist.twist.linear = (attitude.inverse() * velocity).into();
     message.twist.twist.angular = rate.into();
@@ -80,18 +83,14 @@ pub fn odometry_of_block(
 }
 
 impl Calibration {
-    /// The truth of a simulated sensor block on its table: no uncertainty.
+    /// The truth of a simulated sensor block: no uncertainty.
     pub fn ground_truth(
         stamp: Stamp,
         errors: &SensorErrors,
-        table: &TableErrors,
         attitude: UnitQuaternion<f64>,
         ship: &ShipState,
     ) -> Self {
-        let (state_names, state) = named_truth(errors, table).into_iter().unzip();
         Self {
-            state_names,
-            state,
             header: header(stamp, IMU_LINK),
             valid: true,
             converged: true,

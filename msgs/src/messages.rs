@@ -169,8 +169,6 @@ pub struct Calibration {
     pub height_m: f64,
     /// Names of the states, in order.
     pub state_names: Vec<String>,
-    /// Values of the sensor's and the table's errors by these names, SI units; empty, or 0 where there is none.
-    pub state: Vec<f64>,
     /// Row-major, square of the length of state_names.
     pub covariance: Vec<f64>,
     /// A phase of SelfCalibrationEstimate.

@@ -337,7 +337,10 @@ pub fn aiding() -> ParameterSet<AidingSettings> {
             "position_lie_window_s",
             Unit::SECOND,
             0.0..=1e9,
-            (|s| window(&s.position_lies), |s, w| s.position_lies = window_of(w)),
+            (
+                |s| window(&s.position_lies),
+                |s, w| s.position_lies = window_of(w),
+            ),
             "When positions lie: start, length (0: never), period (0: once)",
         )
         .numbers(
@@ -351,7 +354,10 @@ pub fn aiding() -> ParameterSet<AidingSettings> {
             "velocity_lie_window_s",
             Unit::SECOND,
             0.0..=1e9,
-            (|s| window(&s.velocity_lies), |s, w| s.velocity_lies = window_of(w)),
+            (
+                |s| window(&s.velocity_lies),
+                |s, w| s.velocity_lies = window_of(w),
+            ),
             "When velocities lie: start, length (0: never), period (0: once)",
         )
         .array::<3>(
@@ -484,18 +490,23 @@ pub fn declared() -> ParameterSet<Settings> {
         )
 }
 
-/// The parameters of a node as settings.
-///
-/// # Errors
-/// A value that means nothing, by its name.
-pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
-    let mut settings = declared().read(parameters)?;
+/// Puts a drawn sensor in the place of the single errors, where a kind is asked for.
+fn draw(settings: &mut Settings) {
     if settings.sensor != SensorGrade::Table1 {
         let drawn = settings.sensor.draw(settings.simulator.seed);
         settings.simulator.imu = drawn.imu;
         settings.simulator.plant.table_errors = drawn.table;
         settings.simulator.encoder = drawn.encoder;
     }
+}
+
+/// The parameters of a node as settings.
+///
+/// # Errors
+/// A value that means nothing, by its name.
+pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
+    let mut settings = declared().read(parameters)?;
+    draw(&mut settings);
     let Turntable { outer, inner } = settings.simulator.plant.turntable;
     Turntable::new(outer, inner).context("parameters 'outer_axis' and 'inner_axis'")?;
     Ok(settings)
@@ -555,15 +566,21 @@ mod tests {
     /// A kind of sensor takes the place of the single errors, by the seed; table-1 leaves them.
     #[test]
     fn a_grade_is_drawn() {
+        let set = declared();
         let read = |sensor: &str| {
-            let mut parameters = Parameters::defaults(declared().declarations()).unwrap();
-            parameters.set("sensor", sensor.to_owned().into()).unwrap();
-            settings(&parameters).unwrap().simulator
+            let mut settings = set.base().clone();
+            set.put(&mut settings, "sensor", &sensor.to_owned().into())
+                .unwrap();
+            draw(&mut settings);
+            settings.simulator
         };
         assert_eq!(read("table-1").imu, ImuErrorSettings::default());
         let laser = read("ring-laser");
         assert_eq!(laser.imu, SensorGrade::RingLaser.draw(1).imu);
-        assert_eq!(laser.plant.table_errors, SensorGrade::RingLaser.draw(1).table);
+        assert_eq!(
+            laser.plant.table_errors,
+            SensorGrade::RingLaser.draw(1).table
+        );
     }
 
     /// Arms are given accelerometer by accelerometer, windows as start, length and period.
@@ -572,11 +589,17 @@ mod tests {
         let set = imu_errors();
         let mut settings = *set.base();
         let arms: Vec<f64> = (1..=9).map(f64::from).collect();
-        set.put(&mut settings, "accelerometer_arms_mm", &arms.into()).unwrap();
+        set.put(&mut settings, "accelerometer_arms_mm", &arms.into())
+            .unwrap();
         assert_eq!(settings.errors.accelerometer_arms[(1, 2)], 6e-3);
         let set = aiding();
         let mut settings = *set.base();
-        set.put(&mut settings, "dropout_window_s", &vec![7.0, 5.0, 100.0].into()).unwrap();
+        set.put(
+            &mut settings,
+            "dropout_window_s",
+            &vec![7.0, 5.0, 100.0].into(),
+        )
+        .unwrap();
         assert!(settings.dropouts.contains(108.0) && !settings.dropouts.contains(6.0));
     }
 }

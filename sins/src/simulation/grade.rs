@@ -261,13 +261,18 @@ mod tests {
     /// The default is the paper's Table 1.
     #[test]
     fn table_1_is_the_default() {
-        assert_eq!(SensorGrade::default().draw(9).imu, ImuErrorSettings::default());
+        assert_eq!(
+            SensorGrade::default().draw(9).imu,
+            ImuErrorSettings::default()
+        );
     }
 
     /// Over many seeds what is drawn has the spread that the grade says, cut at 2.5 sigma.
     #[test]
     fn draws_have_their_spread() {
-        let draws: Vec<_> = (0..400).map(|seed| SensorGrade::RingLaser.draw(seed)).collect();
+        let draws: Vec<_> = (0..400)
+            .map(|seed| SensorGrade::RingLaser.draw(seed))
+            .collect();
         let rms = |value: &dyn Fn(&DrawnSensor) -> f64| {
             (draws.iter().map(|d| value(d).powi(2)).sum::<f64>() / draws.len() as f64).sqrt()
         };

@@ -12,10 +12,16 @@ pub fn named_truth(sensor: &SensorErrors, table: &TableErrors) -> Vec<(String, f
     let mut named = Vec::new();
     let mut add = |name: String, value: f64| named.push((name, value));
     for (axis, name) in AXES.iter().enumerate() {
-        add(format!("accelerometer_bias_{name}_m_s2"), sensor.accelerometer_bias[axis]);
+        add(
+            format!("accelerometer_bias_{name}_m_s2"),
+            sensor.accelerometer_bias[axis],
+        );
     }
     for (axis, name) in AXES.iter().enumerate() {
-        add(format!("gyroscope_drift_{name}_rad_s"), sensor.gyroscope_drift[axis]);
+        add(
+            format!("gyroscope_drift_{name}_rad_s"),
+            sensor.gyroscope_drift[axis],
+        );
     }
     for (kind, matrix) in [
         ("gyroscope", &sensor.gyroscope_matrix),
@@ -28,7 +34,10 @@ pub fn named_truth(sensor: &SensorErrors, table: &TableErrors) -> Vec<(String, f
             for (column, second) in AXES.iter().enumerate() {
                 // The accelerometers define the block: nothing stands above their diagonal.
                 if row > column || (row < column && kind == "gyroscope") {
-                    add(format!("{kind}_installation_{first}{second}_rad"), matrix[(row, column)]);
+                    add(
+                        format!("{kind}_installation_{first}{second}_rad"),
+                        matrix[(row, column)],
+                    );
                 }
             }
         }
@@ -46,15 +55,27 @@ pub fn named_truth(sensor: &SensorErrors, table: &TableErrors) -> Vec<(String, f
     for (row, first) in AXES.iter().enumerate() {
         for (column, second) in AXES.iter().enumerate() {
             let value = sensor.gyroscope_g_sensitivity[(row, column)];
-            add(format!("gyroscope_g_sensitivity_{first}{second}_rad_s_per_m_s2"), value);
+            add(
+                format!("gyroscope_g_sensitivity_{first}{second}_rad_s_per_m_s2"),
+                value,
+            );
         }
     }
-    add("accelerometer_delay_s".to_owned(), sensor.accelerometer_delay_s);
-    add("table_nonorthogonality_rad".to_owned(), table.nonorthogonality_rad);
+    add(
+        "accelerometer_delay_s".to_owned(),
+        sensor.accelerometer_delay_s,
+    );
+    add(
+        "table_nonorthogonality_rad".to_owned(),
+        table.nonorthogonality_rad,
+    );
     for (number, tilt) in (1..).zip(table.inner_axis_tilt_rad) {
         add(format!("inner_axis_tilt_{number}_rad"), tilt);
     }
-    add("encoder_zero_inner_rad".to_owned(), table.encoder_zero_inner_rad);
+    add(
+        "encoder_zero_inner_rad".to_owned(),
+        table.encoder_zero_inner_rad,
+    );
     for (joint, [sine, cosine]) in [
         ("outer", table.encoder_eccentricity_outer_rad),
         ("inner", table.encoder_eccentricity_inner_rad),
@@ -69,7 +90,7 @@ pub fn named_truth(sensor: &SensorErrors, table: &TableErrors) -> Vec<(String, f
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::estimation::model::Whole;
+    use crate::estimation::model::{Model, Whole};
     use crate::simulation::SensorGrade;
 
     /// Every parameter that a filter of the whole model has is in the truth, by its name; the base's attitude and what moves are not.
@@ -82,7 +103,11 @@ mod tests {
             if moves.iter().any(|part| state.name.contains(part)) {
                 continue;
             }
-            assert!(truth.iter().any(|(name, _)| name == state.name), "{}", state.name);
+            assert!(
+                truth.iter().any(|(name, _)| name == state.name),
+                "{}",
+                state.name
+            );
         }
         let value = |wanted: &str| truth.iter().find(|(name, _)| name == wanted).unwrap().1;
         assert_eq!(

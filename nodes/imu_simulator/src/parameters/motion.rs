@@ -32,7 +32,9 @@ fn waves(
         Unit::NONE,
         1.0..=100.0,
         peakedness,
-        &format!("Peakedness of the {name}: 1 is Pierson-Moskowitz, 3.3 JONSWAP, more a narrow one"),
+        &format!(
+            "Peakedness of the {name}: 1 is Pierson-Moskowitz, 3.3 JONSWAP, more a narrow one"
+        ),
     )
     .number(
         &format!("{name}_direction_deg"),
