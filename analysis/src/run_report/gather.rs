@@ -10,7 +10,7 @@ use sins::{earth::Position, machines::self_calibration::Event, time::Stamp};
 
 use super::{
     diagnostics::Diagnostics,
-    estimates::{Counts, History, Point, phase_number},
+    estimates::{Counts, History, Point, own_states, phase_number, recorded_states},
     scheme::Scheme,
     streams::Stream,
     thin::{Corners, POINTS, Thinned},
@@ -266,6 +266,7 @@ impl Gathering<'_> {
                 self.own.failures = estimate.innovations.failures;
                 self.own
                     .take(Point::from(&**estimate), estimate.innovations.last, counts);
+                self.own.states = own_states(estimate);
                 self.made += 1;
                 if self.made.is_multiple_of(60) {
                     self.listener.task(estimate.phase.name());
@@ -302,6 +303,7 @@ impl Gathering<'_> {
                     run.history.failures += u64::from(failed);
                     run.history
                         .take(Point::from(&estimate), estimate.nis, counts);
+                    run.history.states = recorded_states(&estimate);
                 }
             }
             Role::Scheme => run.scheme.take(&cdr::decode::<SchemeStatus>(message.data)?),
@@ -374,6 +376,7 @@ impl Gathering<'_> {
                 self.run.truth.take_estimate(last.stamp, attitude);
                 self.own
                     .take(Point::from(&last), last.innovations.last, counts);
+                self.own.states = own_states(&last);
             }
             if let Some(doubt) = last.axes_doubt() {
                 self.listener.note(&doubt);
