@@ -235,14 +235,14 @@ ros_message!(
     SelfCalibrationEstimate,
     "rotary_sins_msgs/msg/SelfCalibrationEstimate",
     include_str!("../msg/SelfCalibrationEstimate.msg"),
-    "RIHS01_41c7b44b366464d923f90c06735fcfd26ae98bd6abffe768f51c08d75c30009a",
+    "RIHS01_3e81793d76dc2a12f050c5a15dd46f33972c74291b8b572ee736ddb027d771cf",
     [Header, Quaternion]
 );
 ros_message!(
     Calibration,
     "rotary_sins_msgs/msg/Calibration",
     include_str!("../msg/Calibration.msg"),
-    "RIHS01_e469ca54c95d7b954e26ca1b4d9742ab2d5cfb062b0c54a884e3f9bccc1b65ff",
+    "RIHS01_62f6061a680bc303bf5679fbeaf219143cb789b3f3290a5a5e5e3a43c06b5fb6",
     [Header, Quaternion]
 );
 
