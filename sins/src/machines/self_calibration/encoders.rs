@@ -76,10 +76,13 @@ const GATE: f64 = 25.0;
 /// After so many readings left out in a row the base is taken to have been moved.
 const GATED_IN_A_ROW: u32 = 10;
 
+/// A covariance step: when, where the joints stood, and the attitude after everything was measured.
+type Before = (Stamp, [f64; 2], UnitQuaternion<f64>);
+
 /// The reader of encoders.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Encoders {
-    before: Option<(Stamp, [f64; 2], UnitQuaternion<f64>)>,
+    before: Option<Before>,
     watched: u32,
     /// Mean square of the ship's turn in a second \[rad²/s\].
     motion: f64,
@@ -98,10 +101,12 @@ impl Encoders {
         }
     }
 
-    /// Looks at the joints at the end of a covariance step, and updates where they rest.
+    /// Looks at the joints at the end of a covariance step, and updates where they rest. `carried` is the attitude as the
+    /// gyroscopes carried it to here, before anything was measured.
     pub(super) fn take(
         &mut self,
         stamp: Stamp,
+        carried: &UnitQuaternion<f64>,
         joints: &JointHistory,
         turntable: Turntable,
         accuracy: &EncoderAccuracy,
@@ -115,8 +120,21 @@ impl Encoders {
             return;
         }
         let angles = joints.angles_at(stamp);
-        let attitude = filter.navigation().attitude;
-        let before = self.before.replace((stamp, angles, attitude));
+        let before = self.before.take();
+        self.measure(stamp, carried, angles, before, turntable, accuracy, filter);
+        self.before = Some((stamp, angles, filter.navigation().attitude));
+    }
+
+    fn measure(
+        &mut self,
+        stamp: Stamp,
+        carried: &UnitQuaternion<f64>,
+        angles: [f64; 2],
+        before: Option<Before>,
+        turntable: Turntable,
+        accuracy: &EncoderAccuracy,
+        filter: &mut AnyFilter,
+    ) {
         let Some((then, angles_then, attitude_then)) = before else {
             return;
         };
@@ -125,7 +143,7 @@ impl Encoders {
         if !(rests && seconds > 0.0 && seconds < 10.0) {
             return;
         }
-        let turn = attitude.angle_to(&attitude_then).powi(2) / seconds;
+        let turn = carried.angle_to(&attitude_then).powi(2) / seconds;
         let memory = MEMORY.min(f64::from(self.watched) + 1.0);
         self.motion += (turn - self.motion) / memory;
         self.watched = self.watched.saturating_add(1);
