@@ -68,7 +68,9 @@ const OLDEST_READING_S: f64 = 1.0;
 /// So long the ship is watched before the first reading is used, in readings.
 const WATCH: u32 = 60;
 /// How fast the measured motion of the ship follows, in readings.
-const MEMORY: f64 = 60.0;
+const MEMORY: f64 = 300.0;
+/// A mean of so many readings over what the gyroscopes' noise makes is still that noise: four sigmas of it.
+const STILL: f64 = 1.2;
 /// A ship that turns by more than this in a second makes encoders worthless \[rad\].
 const MOVES_RAD: f64 = 5.0 * ARC_SECOND;
 /// A reading this far off, in squared sigmas, is left out.
@@ -125,6 +127,15 @@ impl Encoders {
         self.before = Some((stamp, angles, filter.navigation().attitude));
     }
 
+    /// How the ship moves beyond what the gyroscopes' own noise makes of a ship that lies still \[rad/√s\].
+    fn walk(&self, filter: &AnyFilter) -> f64 {
+        let own = filter.noise().gyroscope.norm_squared();
+        if self.motion <= STILL * own {
+            return 0.0;
+        }
+        (self.motion - own).sqrt()
+    }
+
     fn measure(
         &mut self,
         stamp: Stamp,
@@ -154,7 +165,7 @@ impl Encoders {
             filter.forget_base();
             return;
         }
-        filter.set_base_walk(self.motion.sqrt());
+        filter.set_base_walk(self.walk(filter));
         let reading = EncoderReading {
             turntable,
             angles,

@@ -11,7 +11,7 @@ use super::judge::{Evidence, Judge};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
-use super::{Estimate, Event, ModelChoice, Phase, SampleReport, Settings, Thresholds};
+use super::{Estimate, Event, ModelChoice, Phase, Reference, SampleReport, Settings, Thresholds};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
@@ -311,29 +311,50 @@ impl Estimator {
                     .into()
             }
         };
-        let schedule = Schedule::new(gathering.start, self.settings.step_s);
-        let mut run = Running {
-            filter,
-            start: gathering.start,
-            last: gathering.start,
-            aiding: Aiding::new(self.settings.reference, schedule),
-            encoders: Encoders::default(),
-            judge: self.judge_before.as_ref().map_or_else(
-                || Judge::new(&self.settings),
-                |before| before.of_next_alignment(&self.settings),
-            ),
-            reference_attitude: coarse.at_start,
-            turned: false,
-            reference_vehicle: coarse.at_start,
-        };
-        let mut last_update = None;
-        for interval in &gathering.backlog {
-            let advance = run.advance(interval, &self.settings, None)?;
-            self.missing_velocities += u64::from(advance.velocity_missing);
-            if advance.stepped {
-                last_update = Some(interval.stamp);
+        let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
+            let schedule = Schedule::new(gathering.start, self.settings.step_s);
+            let mut run = Running {
+                filter: filter.clone(),
+                start: gathering.start,
+                last: gathering.start,
+                aiding: Aiding::new(reference, schedule),
+                encoders: Encoders::default(),
+                judge: self.judge_before.as_ref().map_or_else(
+                    || Judge::new(&self.settings),
+                    |before| before.of_next_alignment(&self.settings),
+                ),
+                normalized: (0.0, 0),
+                reference_attitude: coarse.at_start,
+                turned: false,
+                reference_vehicle: coarse.at_start,
+            };
+            let (mut last_update, mut missing) = (None, 0);
+            for interval in &gathering.backlog {
+                let advance = run.advance(interval, &self.settings, None)?;
+                missing += u64::from(advance.velocity_missing);
+                if advance.stepped {
+                    last_update = Some(interval.stamp);
+                }
             }
-        }
+            Ok((run, last_update, missing))
+        };
+        let (mut run, last_update, missing) = match self.settings.reference {
+            Reference::Auto {
+                sigma_m_s,
+                patience_s,
+            } => {
+                let moored = gone_over(Reference::Moored { sigma_m_s });
+                let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
+                let are_enough = positions.count() >= LEAST_POSITIONS;
+                match moored {
+                    Ok(moored) if !(are_enough && moored.0.moves()) => moored,
+                    Err(error) if !are_enough => return Err(error),
+                    _ => gone_over(Reference::Position { patience_s })?,
+                }
+            }
+            reference => gone_over(reference)?,
+        };
+        self.missing_velocities += missing;
         run.filter.close_loop();
         run.reference_attitude = run.filter.navigation().attitude;
         run.turned |= known.is_some_and(|known| known.turned);
@@ -401,6 +422,9 @@ impl Estimator {
         estimate
     }
 }
+
+/// So many positions in an alignment can tell how the ship moves.
+const LEAST_POSITIONS: usize = 30;
 
 /// What a filter begins with.
 struct Beginning<'a> {
