@@ -151,7 +151,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         {
             // Everything that is there at each wake-up; what the samples need comes first.
             let mut compensator = shared.lock();
-            compensator.publishers(samples.publisher_count());
+            compensator.publishers(samples.publishers());
             let velocities = velocities.iter_mut();
             for velocity in velocities.flat_map(|v| std::iter::from_fn(|| v.try_recv())) {
                 compensator.velocity(&velocity);

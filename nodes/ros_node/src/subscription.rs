@@ -268,6 +268,12 @@ impl<M: Message + 'static> Subscription<M> {
         self.graph.matched(self.reader.guid()) + self.fallback.writers().len()
     }
 
+    /// Full names of the nodes of matched publishers, in their order; one with two publishers stands there twice. Of a
+    /// publisher whose participant does not tell its nodes, a phrase with its GID.
+    pub fn publishers(&self) -> Vec<String> {
+        self.graph.publishers(self.reader.guid())
+    }
+
     /// Waits until at least `count` reliable publishers are matched; `false` where the time ran out.
     pub async fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
         self.graph

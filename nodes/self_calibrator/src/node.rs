@@ -113,7 +113,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             }
             _ = ticks.tick() => {
                 let mut calibrator = shared.lock();
-                calibrator.publishers(samples.publisher_count());
+                calibrator.publishers(samples.publishers());
                 action.take_requests(&mut calibrator);
                 while let Some(message) = joints.try_recv() {
                     calibrator.joints(&message);

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use ros_node::Qos;
+use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, each_distribution, isolated, peer_python};
+use suite_tests::{Listener, Peer, Program, Scene, each_distribution, isolated, peer_python};
 
 /// Of rcl_interfaces/msg/ParameterType.
 const PARAMETER_DOUBLE: u8 = 3;
@@ -13,6 +15,7 @@ each_distribution!(
     rclpy_pauses_and_resumes_the_scheme,
     rclpy_uses_the_parameter_services,
     rclpy_turns_the_table,
+    publishers_of_samples_are_told_by_name,
 );
 
 fn simulator() -> Program {
@@ -226,4 +229,33 @@ fn cyclone_dds_reads_the_samples() {
         assert!((number(&answer["linear_acceleration_z"]) - 9.807).abs() < 0.01);
         assert_eq!(answer["intervals_ns"], json!([10_000_000]));
     });
+}
+
+/// Two nodes of ours and one of rclpy, best effort and one of two in its process, publish on the topic of the samples: log and
+/// diagnostics name all three.
+fn publishers_of_samples_are_told_by_name(python: &Path) {
+    const NAMED: &str =
+        "3 publishers, expected one (/imu_simulator, /second_simulator, /ship/imu_driver)";
+    let mut scene = Scene::new("publishers_by_name");
+    let diagnostics = Listener::new();
+    let diagnostics = diagnostics.hear::<DiagnosticArray>("/diagnostics", Qos::reliable(100));
+    let mut calibrator = scene.start_apart(&Program::new("self_calibrator"));
+    let mut compensator = scene.start_apart(&Program::new("navigation_compensator"));
+    scene.start(&simulator());
+    scene.start(
+        &simulator()
+            .label("second_simulator")
+            .remap("__node", "second_simulator"),
+    );
+    let _driver = scene.start_apart(Peer::new(python, "imu_driver.py").program());
+    for node in [&mut calibrator, &mut compensator] {
+        node.wait_for_line(&format!("imu/data_raw: {NAMED}"));
+    }
+    for node in ["self_calibrator", "navigation_compensator"] {
+        diagnostics.wait_for(node, |array| {
+            let mut of_node = array.status.iter().filter(|s| s.name.starts_with(node));
+            of_node.any(|status| status.message.contains(NAMED))
+        });
+    }
+    scene.end();
 }
