@@ -9,7 +9,7 @@ use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time, velocity_fro
 use rotary_sins_msgs::interfaces::topics;
 use sins::{
     earth::Position, estimation::filter::VelocityMeasurement, sensor::sample::ImuSample,
-    table::JointSample, time::Stamp,
+    stream::Reading, table::JointSample, time::Stamp,
 };
 
 use crate::{
@@ -40,6 +40,18 @@ pub enum Sample {
     Fix(Fix),
     /// Velocity over ground, with its time.
     Velocity(Stamp, VelocityMeasurement),
+}
+
+impl Sample {
+    /// What a machine takes of it; none where the receiver had no position.
+    pub fn reading(&self) -> Option<Reading> {
+        Some(match self {
+            Self::Imu(imu) => Reading::Imu(*imu),
+            Self::Joints(joints) => Reading::Joints(*joints),
+            Self::Fix(fix) => Reading::Position(fix.position?),
+            Self::Velocity(stamp, velocity) => Reading::Velocity(*stamp, *velocity),
+        })
+    }
 }
 
 /// Which topics, and which part of the bag.
@@ -205,7 +217,8 @@ impl<'b> SensorStream<'b> {
 }
 
 fn velocity(payload: &[u8]) -> Result<Sample, String> {
-    let message: TwistWithCovarianceStamped = cdr::decode(payload)?;
+    let message: TwistWithCovarianceStamped =
+        cdr::decode(payload).map_err(|error| error.to_string())?;
     Ok(Sample::Velocity(
         stamp_from_time(message.header.stamp),
         velocity_from_twist(&message),
@@ -213,7 +226,7 @@ fn velocity(payload: &[u8]) -> Result<Sample, String> {
 }
 
 fn fix(payload: &[u8]) -> Result<Fix, String> {
-    let message: NavSatFix = cdr::decode(payload)?;
+    let message: NavSatFix = cdr::decode(payload).map_err(|error| error.to_string())?;
     Ok(Fix {
         stamp: stamp_from_time(message.header.stamp),
         position: position_from_fix(&message),

@@ -34,7 +34,7 @@ spin_until(node, lambda: len(seen) == 2, "estimate and scheme")
 
 
 def wait(future, what):
-    spin_until(node, future.done, what, 120.0)
+    spin_until(node, future.done, what)
     return future.result()
 
 

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 ACTION = "/turntable/follow_joint_trajectory"
 NAMES = ["outer_joint", "inner_joint"]
-LONG = 60.0
+LONG = 600.0
 UNDER_WAY = (SchemeStatus.WAITING_FOR_TABLE, SchemeStatus.DWELLING, SchemeStatus.ROTATING)
 
 rclpy.init()

@@ -462,7 +462,7 @@ impl Compensator {
             .with("fixes refused", self.inputs.fix.refused())
             .with("velocities", self.inputs.velocity.received())
             .with("velocities refused", self.inputs.velocity.refused());
-        if self.phase == NavigatorPhase::Aligning && self.origin.is_none() {
+        if self.navigator.waits_for_position() {
             report = report.worsened(Level::Warn, "aligning waits for a valid position on fix");
         }
         if let Some(problem) = &self.problem {

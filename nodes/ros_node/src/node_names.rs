@@ -13,7 +13,7 @@ use rustdds::{DomainParticipant, GUID, TopicKind};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::node::Node;
+use crate::node::{Node, spread};
 use crate::qos::{Profile, Qos};
 
 /// Participants whose last words wait until they are taken.
@@ -92,6 +92,7 @@ pub(crate) fn follow(node: &Node, participant: &DomainParticipant) -> Result<()>
             TopicKind::NoKey,
         )
         .map_err(|error| failed(error.to_string()))?;
+    spread();
     let reader = node
         .ros()
         .create_subscription::<ParticipantEntities>(&topic, Some(qos))

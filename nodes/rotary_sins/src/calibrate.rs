@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use analysis::{Calibrator, Notes};
+use analysis::Notes;
 use anyhow::Context;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
     estimation::error_state::STATE_NAMES,
-    machines::self_calibration::{Estimate, Event, Verdict},
+    machines::self_calibration::{Estimate, Event, SelfCalibration, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -88,10 +88,12 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
-    let mut calibrator = Calibrator::new(&settings)?;
+    let mut calibrator = SelfCalibration::new(settings)?;
     let mut said = 0.0;
     let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
-        calibrator.push(&sample)?;
+        if let Some(reading) = sample.reading() {
+            calibrator.push(&reading)?;
+        }
         while let Some(event) = calibrator.poll() {
             told.event(&event);
             if let Event::Estimate(estimate) = &event
@@ -104,7 +106,6 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         Ok(ControlFlow::Continue(()))
     })?;
     let estimate = calibrator
-        .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
     while let Some(event) = calibrator.poll() {

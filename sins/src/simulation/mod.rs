@@ -12,6 +12,7 @@ mod aiding;
 mod encoder;
 mod imu_errors;
 mod plant;
+mod readings;
 mod run;
 mod ship;
 mod simulator;

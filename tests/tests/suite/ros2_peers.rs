@@ -16,6 +16,7 @@ each_distribution!(
     rclpy_uses_the_parameter_services,
     rclpy_turns_the_table,
     publishers_of_samples_are_told_by_name,
+    foreign_types_are_recorded_with_their_definition,
 );
 
 fn simulator() -> Program {
@@ -258,4 +259,37 @@ fn publishers_of_samples_are_told_by_name(python: &Path) {
         });
     }
     scene.end();
+}
+
+/// A topic of a type that only the ROS 2 beside us has is recorded with the definition from its prefix, which readers of others
+/// decode it by; where there is no prefix, the recorder says what is missing.
+fn foreign_types_are_recorded_with_their_definition(python: &Path) {
+    let scene = Scene::new("foreign_types");
+    let prefix = python.ancestors().nth(2).unwrap().to_str().unwrap();
+    let recorder = |label: &str, prefix: &str| {
+        let program = Program::new("rotary-sins")
+            .label(label)
+            .args("record /scan --output");
+        let program = program.arg(scene.folder().join(label));
+        scene.start_apart(&program.environment("AMENT_PREFIX_PATH", prefix))
+    };
+    let mut with = recorder("with_prefix", prefix);
+    let mut without = recorder("without_prefix", "");
+    let mut lidar = scene.start_apart(Peer::new(python, "scan.py").arg("2").program());
+    lidar.wait_for_line("the scan has arrived");
+    for recorder in [&mut with, &mut without] {
+        recorder.wait_for_line("recording /scan");
+        recorder.interrupt();
+    }
+    let missing = "/scan: recorded without the definition of sensor_msgs/msg/LaserScan";
+    assert!(without.log().contains(missing), "{}", without.log());
+    assert!(!with.log().contains(missing), "{}", with.log());
+    let read = Peer::new(python, "read_bag.py")
+        .arg(scene.folder().join("with_prefix"))
+        .arg("10")
+        .ask();
+    let scan = &read["/scan"]["messages"][0];
+    assert_eq!(read["/scan"]["count"], 1);
+    assert_eq!(scan["header"]["frame_id"], "text 3");
+    assert_eq!(scan["ranges"], json!([11.25, 12.25]));
 }

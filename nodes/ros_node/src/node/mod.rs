@@ -377,4 +377,4 @@ async fn end(tasks: Vec<JoinHandle<()>>) {
     }
 }
 
-pub(crate) use endpoints::type_parts;
+pub(crate) use endpoints::{spread, type_parts};

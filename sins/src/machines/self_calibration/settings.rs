@@ -157,11 +157,15 @@ pub fn default_noise() -> NoiseDensity {
     }
 }
 
+/// The mooring keeps the ship and the encoders tell the table's turn: so long they are believed together \[s\].
+const LONGEST_TOLD_HOLE_S: f64 = 3600.0;
+
 impl Settings {
     /// Settings of the stream that feeds the machine.
     pub(in crate::machines) fn stream(&self) -> StreamSettings {
         StreamSettings {
             longest_bridge_s: self.restart_gap_s,
+            longest_told_hole_s: LONGEST_TOLD_HOLE_S,
             joint_patience_s: 0.0,
             velocity_patience_s: match self.reference {
                 Reference::Moored { .. } => None,
