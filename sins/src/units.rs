@@ -18,3 +18,7 @@ pub const ARC_SECOND: f64 = ARC_MINUTE / 60.0;
 pub const NAUTICAL_MILE_M: f64 = 1852.0;
 /// One part per million.
 pub const PPM: f64 = 1e-6;
+/// One ug/g² \[1/(m/s²)\].
+pub const MICRO_G_PER_G2: f64 = MICRO_G / (STANDARD_GRAVITY_M_S2 * STANDARD_GRAVITY_M_S2);
+/// One deg/h/g \[rad/s per m/s²\].
+pub const DEG_PER_HOUR_PER_G: f64 = DEG_PER_HOUR / STANDARD_GRAVITY_M_S2;

@@ -38,7 +38,7 @@ fn schuler_rad_s() -> f64 {
 
 /// The track of a ship at rest, heading north, whose IMU has these errors and no noise, and whose calibration knows attitude and
 /// position exactly and none of the errors.
-fn track(errors: SensorErrors, hours: f64) -> VoyageTrack {
+fn track(errors: &SensorErrors, hours: f64) -> VoyageTrack {
     let none = NoiseDensity {
         gyroscope: Vector3::zeros(),
         accelerometer: Vector3::zeros(),
@@ -48,7 +48,7 @@ fn track(errors: SensorErrors, hours: f64) -> VoyageTrack {
     monte_carlo.duration_s = 2.0;
     monte_carlo.snapshots_s.clear();
     let mut departure: Departure = monte_carlo.run(0..1).unwrap()[0].departure();
-    departure.errors = errors;
+    departure.errors = *errors;
     departure.calibration.errors = SensorErrors::default();
     departure.calibration.attitude = departure.attitude;
     departure.calibration.position.latitude_rad = LATITUDE_RAD;
@@ -77,7 +77,7 @@ fn a_bias_makes_schulers_oscillation() {
     let bias = 100.0 * MICRO_G;
     let rest = bias / schuler_rad_s().powi(2);
     for axis in [Vector3::x(), Vector3::y()] {
-        let track = track(SensorErrors::constant(Vector3::zeros(), axis * bias), 1.5);
+        let track = track(&SensorErrors::constant(Vector3::zeros(), axis * bias), 1.5);
         for minutes in [10.0, 21.0, 42.0, 60.0, 84.0] {
             let t = minutes * 60.0;
             let swing = (schuler_rad_s() * t).cos();
@@ -98,7 +98,7 @@ fn a_bias_makes_schulers_oscillation() {
 fn a_drift_along_the_earths_axis_grows_without_end() {
     let drift = 0.01 * DEG_PER_HOUR;
     let along_axis = Vector3::new(0.0, LATITUDE_RAD.cos(), LATITUDE_RAD.sin()) * drift;
-    let track = track(SensorErrors::constant(along_axis, Vector3::zeros()), 48.0);
+    let track = track(&SensorErrors::constant(along_axis, Vector3::zeros()), 48.0);
     let east_m = earth().transverse_radius_m * LATITUDE_RAD.cos();
     let ripple_m = east_m * drift / schuler_rad_s();
     for hours in [6.0, 12.0, 24.0, 48.0] {
@@ -117,7 +117,7 @@ fn a_drift_along_the_earths_axis_grows_without_end() {
 fn a_drift_across_the_earths_axis_returns_after_a_day() {
     let drift = 0.01 * DEG_PER_HOUR;
     let track = track(
-        SensorErrors::constant(Vector3::x() * drift, Vector3::zeros()),
+        &SensorErrors::constant(Vector3::x() * drift, Vector3::zeros()),
         25.0,
     );
     let (swing_m, sin_latitude) = (radius_m() * drift / EARTH_RATE_RAD_S, LATITUDE_RAD.sin());

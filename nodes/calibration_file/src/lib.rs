@@ -211,6 +211,7 @@ mod tests {
                 accelerometer_bias: Vector3::new(9.806_65e-4, 0.1 + 0.2, -1e-17),
                 gyroscope_matrix: nalgebra::Matrix3::from_fn(|i, j| 1e-5 * (3 * i + j) as f64),
                 accelerometer_matrix: nalgebra::Matrix3::from_fn(|i, j| -1e-6 * (3 * i + j) as f64),
+                ..SensorErrors::default()
             },
             attitude: UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
             position: Position {

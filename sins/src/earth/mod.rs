@@ -62,6 +62,8 @@ pub struct LocalEarth {
     pub transverse_radius_slope_m: f64,
     /// Normal gravity, positive downwards \[m/s²\].
     pub gravity_m_s2: f64,
+    /// How normal gravity changes with height \[1/s²\]; negative.
+    pub gravity_gradient_per_s2: f64,
 }
 
 impl LocalEarth {
@@ -83,6 +85,9 @@ impl LocalEarth {
             meridian_radius_slope_m: 3.0 * meridian * slope,
             transverse_radius_slope_m: transverse * slope,
             gravity_m_s2: normal_gravity(latitude_rad, height_m),
+            gravity_gradient_per_s2: 0.5
+                * (normal_gravity(latitude_rad, height_m + 1.0)
+                    - normal_gravity(latitude_rad, height_m - 1.0)),
         }
     }
 

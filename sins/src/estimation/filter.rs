@@ -1,10 +1,11 @@
 //! The filter round the mechanization: increments in, velocity measurements in, a corrected state and its covariance out.
 
-use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
 use super::group::{Interval, Span};
 use super::groups::bias::Bias;
 use super::groups::navigation::{self, Navigation, sensor_noise_rate};
+use super::groups::table::TableEstimate;
 use super::kalman::{Kalman, ProcessNoise};
 use super::measurement::{Measurement, Outcome, Row, UpdateCounts};
 use super::model::{Model, Paper};
@@ -12,9 +13,11 @@ use super::state::StateEstimate;
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
-use crate::sensor::errors::{Compensation, SensorErrors};
+use crate::sensor::compensation::{Compensation, Compensator};
+use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::NoiseDensity;
 pub use crate::sensor::velocity::VelocityMeasurement;
+use crate::table::Turntable;
 
 /// Initial one-sigma of the paper's states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +68,23 @@ pub struct Crossing {
     pub velocity_sigma_m_s: f64,
 }
 
+/// One-sigma of a base of which nothing is known \[rad\]: wide against every misalignment, and small enough for the
+/// arithmetic.
+const UNKNOWN_BASE_RAD: f64 = 0.1;
+
+/// What the encoders read, with the table they belong to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EncoderReading {
+    /// The table's axes.
+    pub turntable: Turntable,
+    /// Readings, outer and inner \[rad\].
+    pub angles: [f64; 2],
+    /// One-sigma of a reading \[rad\].
+    pub sigma_rad: f64,
+    /// One-sigma about the axis across both joints, about which nothing turns: how the axes wobble \[rad\].
+    pub wobble_sigma_rad: f64,
+}
+
 /// Whether estimated errors go back into the mechanization after every update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loop {
@@ -80,8 +100,12 @@ pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
     model: G,
     strapdown: Strapdown,
     kalman: Kalman<N>,
-    compensation: Compensation,
+    compensator: Compensator,
+    table: TableEstimate,
     noise: NoiseDensity,
+    turn_noise: f64,
+    /// ∫|ω_i| dt \[rad\] since the last step.
+    turned: Vector3<f64>,
     walk: SVector<f64, N>,
     feedback: Loop,
     seconds: f64,
@@ -106,9 +130,13 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         feedback: Loop,
     ) -> Result<Self, Error> {
         Ok(Self {
-            strapdown: Strapdown::new(start),
+            strapdown: Strapdown::new(start).with_vertical_channel(G::VELOCITY_UP.is_some()),
+            table: TableEstimate::default(),
+            turn_noise: 0.0,
+            turned: Vector3::zeros(),
             kalman: Kalman::new(covariance)?,
-            compensation: errors.compensation()?,
+            compensator: Compensator::new(errors.compensation()?)
+                .following_changes(G::FOLLOWS_CHANGES),
             noise,
             walk: model.walk(),
             model,
@@ -120,24 +148,30 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         })
     }
 
+    /// Makes every turn uncertain: a turn of 180 deg about an axis costs this share of 180 deg, one-sigma, and what turns come
+    /// after adds in squares. It stands for what no state describes.
+    #[must_use]
+    pub fn with_turn_noise(mut self, share: f64) -> Self {
+        self.turn_noise = share;
+        self
+    }
+
     /// Runs the mechanization over one sampling interval. The covariance waits for [`Self::step`].
     pub fn propagate(&mut self, increment: &Increment) {
         let seconds = increment.interval_s;
-        let (angle, velocity) =
-            self.compensation
-                .apply_increment(seconds, &increment.angle, &increment.velocity);
-        let increment = Increment {
-            interval_s: seconds,
-            angle,
-            velocity,
-        };
+        let compensated = self.compensator.next(increment);
         let before = *self.strapdown.body_to_navigation();
-        let gained = self.strapdown.propagate(&increment);
+        let gained = self.strapdown.propagate(&compensated.increment);
         self.seconds += seconds;
         self.gained += gained;
+        if self.turn_noise > 0.0 {
+            self.turned += compensated.increment.angle.abs();
+        }
         let span = Span {
             attitude: (before + self.strapdown.body_to_navigation()) * (0.5 * seconds),
-            increment,
+            increment: compensated.increment,
+            rate_change: compensated.rate_change,
+            force_change: compensated.force_change,
         };
         G::gather(&mut self.gathered, &span);
     }
@@ -162,15 +196,24 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             earth: *self.strapdown.earth(),
             velocity: self.strapdown.state().velocity,
             gained: self.gained,
-            inverses: Interval::inverses_of(&self.compensation),
+            inverses: Interval::inverses_of(self.compensator.compensation()),
         };
         let transition = self.model.dynamics(&self.gathered, &interval).transition();
         // The noise enters with a true rotation: an average of rotations is shorter than one.
         let attitude = self.strapdown.body_to_navigation();
-        let noise = ProcessNoise {
+        let mut noise = ProcessNoise {
             moving: sensor_noise_rate::<M>(&self.noise, attitude, G::VELOCITY_UP) * seconds,
             walk: self.walk * seconds,
         };
+        if self.turn_noise > 0.0 {
+            let variance = self.turned * (self.turn_noise.powi(2) * std::f64::consts::PI);
+            let spread = attitude * Matrix3::from_diagonal(&variance) * attitude.transpose();
+            let first = navigation::MISALIGNMENT_EAST;
+            for (row, column) in (0..9).map(|element| (element / 3, element % 3)) {
+                noise.moving[(first + row, first + column)] += spread[(row, column)];
+            }
+            self.turned = Vector3::zeros();
+        }
         self.seconds = 0.0;
         self.gained = Vector3::zeros();
         self.gathered = G::Gathered::default();
@@ -210,6 +253,91 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         self.update(&measurements)
     }
 
+    /// Measures the vertical velocity \[m/s\], one-sigma `sigma_m_s`; a filter without a vertical channel refuses.
+    pub fn update_vertical_velocity(
+        &mut self,
+        up_m_s: f64,
+        sigma_m_s: f64,
+        gate: Option<f64>,
+    ) -> [Outcome; 1] {
+        let Some(row) = G::VELOCITY_UP else {
+            return [Outcome::Refused];
+        };
+        let error = self.strapdown.state().velocity.z - up_m_s;
+        self.update(&[Measurement::new(Row::unit(row), error, sigma_m_s.powi(2)).gated(gate)])
+    }
+
+    /// Measures by the encoders how the block stands in the base: z = C_n^b (ψ − φ) + D x, about the outer axis, the inner
+    /// one and the one across, with the table's errors x and D their derivatives
+    /// ([`AttitudeDerivatives`](crate::table::AttitudeDerivatives)). The first reading says how the base stands. A filter
+    /// without the table's groups refuses.
+    pub fn update_encoders(&mut self, reading: &EncoderReading, gate: Option<f64>) -> [Outcome; 3] {
+        let (Some(table), Some(base)) = (G::TABLE, G::BASE) else {
+            return [Outcome::Refused; 3];
+        };
+        let errors = &self.table.errors;
+        let in_base = reading.turntable.attitude_with(reading.angles, errors);
+        let attitude = self.strapdown.state().attitude;
+        let stands = if let Some(stands) = self.table.base {
+            stands
+        } else {
+            for state in base..base + 3 {
+                self.kalman.forget(state, UNKNOWN_BASE_RAD.powi(2));
+            }
+            *self.table.base.insert(attitude * in_base.inverse())
+        };
+        let turn = ((stands * in_base).inverse() * attitude).scaled_axis();
+        let derivatives = reading
+            .turntable
+            .attitude_derivatives(reading.angles, errors);
+        let outer = derivatives.readings[0].normalize();
+        let across = outer.cross(&derivatives.readings[1]).normalize();
+        let axes = [outer, across.cross(&outer), across];
+        let sigmas = [
+            reading.sigma_rad,
+            reading.sigma_rad,
+            reading.wobble_sigma_rad,
+        ];
+        let measurements: [Measurement<N>; 3] = std::array::from_fn(|i| {
+            let axis = axes[i];
+            let in_navigation = attitude * axis;
+            let by_table = derivatives
+                .of_states()
+                .map(|derivative| axis.dot(&derivative));
+            let attitudes = (0..3).flat_map(|k| {
+                [
+                    (navigation::MISALIGNMENT_EAST + k, -in_navigation[k]),
+                    (base + k, in_navigation[k]),
+                ]
+            });
+            let tables = by_table
+                .into_iter()
+                .enumerate()
+                .map(|(state, value)| (table + state, value));
+            Measurement::new(
+                Row::new(attitudes.chain(tables)),
+                axis.dot(&turn),
+                sigmas[i].powi(2),
+            )
+            .gated(gate)
+        });
+        self.update(&measurements)
+    }
+
+    /// How much the ship moves: the walk of the base's attitude, density \[rad/√s\].
+    pub fn set_base_walk(&mut self, walk_rad_sqrt_s: f64) {
+        if let Some(base) = G::BASE {
+            self.walk
+                .rows_mut(base, 3)
+                .fill(walk_rad_sqrt_s * walk_rad_sqrt_s);
+        }
+    }
+
+    /// What has been found of the table and its base.
+    pub fn table(&self) -> &TableEstimate {
+        &self.table
+    }
+
     /// What became of the measurements so far.
     pub fn counts(&self) -> UpdateCounts {
         self.counts
@@ -224,20 +352,21 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// Says whether the sensor model could take what was estimated; nothing is fed back where it could not.
     fn feed_back(&mut self) -> bool {
         let x = self.kalman.take_state();
-        let mut errors = *self.compensation.errors();
+        let mut errors = *self.compensator.compensation().errors();
         G::correct_sensors(&x, &mut errors);
         let Ok(compensation) = errors.compensation() else {
             return false;
         };
-        self.compensation = compensation;
+        self.compensator.set(compensation);
         G::correct_navigation(&x, &mut self.strapdown);
+        G::correct_table(&x, &mut self.table);
         true
     }
 
     /// A hole in the samples was bridged: the increments at its ends are no neighbours, and the attitude and velocity gained
     /// in it are uncertain by `angle_sigma` \[rad\] and `velocity_sigma` \[m/s\].
     pub fn bridge(&mut self, angle_sigma: f64, velocity_sigma: f64) {
-        self.strapdown.break_stream();
+        self.break_stream();
         for axis in 0..3 {
             let state = navigation::MISALIGNMENT_EAST + axis;
             self.kalman.add_variance(state, angle_sigma * angle_sigma);
@@ -251,6 +380,12 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             self.kalman
                 .add_variance(state, velocity_sigma * velocity_sigma);
         }
+    }
+
+    /// The next increment does not follow the last one.
+    fn break_stream(&mut self) {
+        self.strapdown.break_stream();
+        self.compensator.forget();
     }
 
     /// Goes over a hole without integrating: what was turned in it is told from outside. What is known of the sensors, and
@@ -300,7 +435,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         };
         self.strapdown
             .correct(&turned.scaled_axis(), &velocity_error, position_error);
-        self.strapdown.break_stream();
+        self.break_stream();
         Ok(())
     }
 
@@ -309,7 +444,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// # Errors
     /// [`Error::Setting`] where the sensor errors cannot be inverted.
     pub fn set_sensor_errors(&mut self, errors: &SensorErrors) -> Result<(), Error> {
-        self.compensation = errors.compensation()?;
+        self.compensator.set(errors.compensation()?);
         Ok(())
     }
 
@@ -320,19 +455,19 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
 
     /// What is taken out of the samples.
     pub fn compensation(&self) -> &Compensation {
-        &self.compensation
+        self.compensator.compensation()
     }
 
     /// The sensor errors: what has been fed back plus what the state holds.
     pub fn sensor_errors(&self) -> SensorErrors {
-        let mut errors = *self.compensation.errors();
+        let mut errors = *self.compensator.compensation().errors();
         G::correct_sensors(self.kalman.state(), &mut errors);
         errors
     }
 
     /// The state vector with the sensor errors whole: navigation errors not yet fed back, and sensor errors since the start.
     pub fn state(&self) -> SVector<f64, N> {
-        G::found(self.compensation.errors()) + self.kalman.state()
+        G::found(self.compensator.compensation().errors(), &self.table) + self.kalman.state()
     }
 
     /// Covariance of the state.

@@ -3,11 +3,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::groups::navigation;
+use super::groups::table::TableEstimate;
 use super::state::StateLabel;
 use crate::earth::LocalEarth;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
-use crate::sensor::errors::{Compensation, SensorErrors};
+use crate::sensor::compensation::Compensation;
+use crate::sensor::errors::SensorErrors;
 
 /// Some error states that belong together. The value of a group is its settings: what is known before, and how it walks.
 ///
@@ -20,6 +22,12 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
     const SIZE: usize = Self::LABELS.len();
     /// Where the error of the vertical velocity stands in it; only a vertical channel has it.
     const VELOCITY_UP: Option<usize> = None;
+    /// Whether it gathers changes of rate and specific force from sample to sample.
+    const FOLLOWS_CHANGES: bool = false;
+    /// Whether its states are the table's errors, as encoders show them.
+    const OF_TABLE: bool = false;
+    /// Whether its states are the attitude of the table's base.
+    const OF_BASE: bool = false;
 
     /// What it gathers between two covariance steps at the rate of the samples, such as ∫C dt.
     type Gathered: Copy + Default + std::fmt::Debug;
@@ -46,6 +54,12 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
 
     /// What the sensor model holds of its states.
     fn found(_errors: &SensorErrors, _x: &mut [f64]) {}
+
+    /// Takes its errors into what has been found of the table.
+    fn correct_table(_x: &[f64], _table: &mut TableEstimate) {}
+
+    /// What has been found of the table's states.
+    fn found_of_table(_table: &TableEstimate, _x: &mut [f64]) {}
 }
 
 /// One sampling interval, as the groups gather it.
@@ -55,6 +69,10 @@ pub struct Span {
     pub attitude: Matrix3<f64>,
     /// What the sensors gathered in it, compensated.
     pub increment: Increment,
+    /// Change of the angular rate over it \[rad/s\]; zero where no group follows changes.
+    pub rate_change: Vector3<f64>,
+    /// Change of the specific force over it, block axes \[m/s²\]; zero where no group follows changes.
+    pub force_change: Vector3<f64>,
 }
 
 impl Span {
@@ -170,6 +188,11 @@ impl<'a> Coupling<'a> {
                 );
             }
         }
+    }
+
+    /// A state of this group adds to another one of it; only of a moving group.
+    pub fn rises(&mut self, to: usize, by: usize, value: f64) {
+        self.add(self.first + to, by, value);
     }
 
     /// A state of this group forgets with a time constant: its part of A_ss is −T/τ.

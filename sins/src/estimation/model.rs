@@ -6,9 +6,15 @@ use nalgebra::{SMatrix, SVector};
 
 use super::filter::ErrorFilter;
 use super::group::{Coupling, Group, Interval, Span};
+use super::groups::arms::AccelerometerArms;
 use super::groups::bias::Bias;
+use super::groups::delay::AccelerometerDelay;
+use super::groups::g_sensitivity::GyroscopeGSensitivity;
 use super::groups::navigation::Navigation;
+use super::groups::quadratic::AccelerometerQuadratic;
 use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
+use super::groups::table::{BaseAttitude, Table, TableEstimate};
+use super::groups::vertical::Vertical;
 use super::kalman::Dynamics;
 use super::state::{NamedCovariance, StateLabel};
 use crate::error::Error;
@@ -21,6 +27,12 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     const STATES: [StateLabel; N];
     /// Row of the vertical velocity, where a vertical channel is among the groups.
     const VELOCITY_UP: Option<usize>;
+    /// Whether a group gathers changes of rate and specific force.
+    const FOLLOWS_CHANGES: bool;
+    /// Where the table's errors begin, where they are among the groups.
+    const TABLE: Option<usize>;
+    /// Where the attitude of the table's base begins, where it is among the groups.
+    const BASE: Option<usize>;
     /// What the groups gather.
     type Gathered: Copy + Default + std::fmt::Debug;
 
@@ -36,8 +48,10 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     fn correct_navigation(x: &SVector<f64, N>, strapdown: &mut Strapdown);
     /// Takes errors into the sensor model.
     fn correct_sensors(x: &SVector<f64, N>, errors: &mut SensorErrors);
-    /// What the sensor model holds of the states; zero in the navigation.
-    fn found(errors: &SensorErrors) -> SVector<f64, N>;
+    /// What the sensor model and the table hold of the states; zero in the navigation and in the base's attitude.
+    fn found(errors: &SensorErrors, table: &TableEstimate) -> SVector<f64, N>;
+    /// Takes errors into what has been found of the table.
+    fn correct_table(x: &SVector<f64, N>, table: &mut TableEstimate);
 
     /// Where a state stands.
     fn position(name: &str) -> Option<usize> {
@@ -97,6 +111,20 @@ const fn join<const N: usize>(groups: &[&'static [StateLabel]]) -> [StateLabel; 
     all
 }
 
+/// Where the group begins that is the one, of groups with their sizes.
+const fn first_of(groups: &[(bool, usize)]) -> Option<usize> {
+    let (mut group, mut first) = (0, 0);
+    while group < groups.len() {
+        let (is_it, size) = groups[group];
+        if is_it {
+            return Some(first);
+        }
+        first += size;
+        group += 1;
+    }
+    None
+}
+
 /// Writes a model: its struct with a field for every group's settings, the numbers `M` and `N`, the type of its filter, and
 /// its [`Model`].
 macro_rules! model {
@@ -146,6 +174,16 @@ macro_rules! model {
                 assert!(first == $model::M, "rows of the moving groups");
                 up
             };
+            const FOLLOWS_CHANGES: bool =
+                false $(|| <$moving_group as Group>::FOLLOWS_CHANGES)+ $(|| <$group_type as Group>::FOLLOWS_CHANGES)*;
+            const TABLE: Option<usize> = first_of(&[
+                $((<$moving_group as Group>::OF_TABLE, <$moving_group as Group>::SIZE),)+
+                $((<$group_type as Group>::OF_TABLE, <$group_type as Group>::SIZE),)*
+            ]);
+            const BASE: Option<usize> = first_of(&[
+                $((<$moving_group as Group>::OF_BASE, <$moving_group as Group>::SIZE),)+
+                $((<$group_type as Group>::OF_BASE, <$group_type as Group>::SIZE),)*
+            ]);
             type Gathered = $gathered;
 
             fn prior(&self, place: &NavigationState) -> SVector<f64, { $model::N }> {
@@ -207,11 +245,18 @@ macro_rules! model {
                 let _ = rest;
             }
 
-            fn found(errors: &SensorErrors) -> SVector<f64, { $model::N }> {
+            fn correct_table(x: &SVector<f64, { $model::N }>, table: &mut TableEstimate) {
+                let rest = x.as_slice();
+                $(let (own, rest) = rest.split_at(<$moving_group as Group>::SIZE); <$moving_group as Group>::correct_table(own, table);)+
+                $(let (own, rest) = rest.split_at(<$group_type as Group>::SIZE); <$group_type as Group>::correct_table(own, table);)*
+                let _ = rest;
+            }
+
+            fn found(errors: &SensorErrors, table: &TableEstimate) -> SVector<f64, { $model::N }> {
                 let mut x = SVector::<f64, { $model::N }>::zeros();
                 let (rest, _) = x.as_mut_slice().split_at_mut($model::N);
-                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); <$moving_group as Group>::found(errors, own);)+
-                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); <$group_type as Group>::found(errors, own);)*
+                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); <$moving_group as Group>::found(errors, own); <$moving_group as Group>::found_of_table(table, own);)+
+                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); <$group_type as Group>::found(errors, own); <$group_type as Group>::found_of_table(table, own);)*
                 let _ = rest;
                 x
             }
@@ -233,10 +278,27 @@ model! {
     parameters { bias: Bias, gyroscope_matrix: GyroscopeMatrix, accelerometer_matrix: AccelerometerMatrix }
 }
 
+model! {
+    /// The whole sensor on the whole table: 56 states.
+    Whole, gathers WholeGathered, filter WholeFilter:
+    moving { navigation: Navigation, vertical: Vertical }
+    parameters {
+        bias: Bias,
+        gyroscope_matrix: GyroscopeMatrix,
+        accelerometer_matrix: AccelerometerMatrix,
+        quadratic: AccelerometerQuadratic,
+        arms: AccelerometerArms,
+        g_sensitivity: GyroscopeGSensitivity,
+        delay: AccelerometerDelay,
+        table: Table,
+        base: BaseAttitude,
+    }
+}
+
 /// The label of a state that any group here has, by its name.
 pub fn label(name: &str) -> Option<&'static StateLabel> {
-    const ALL: [StateLabel; Matrices::N] = Matrices::STATES;
-    static KNOWN: [StateLabel; Matrices::N] = ALL;
+    const ALL: [StateLabel; Whole::N] = Whole::STATES;
+    static KNOWN: [StateLabel; Whole::N] = ALL;
     KNOWN.iter().find(|state| state.name == name)
 }
 

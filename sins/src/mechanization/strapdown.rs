@@ -10,7 +10,8 @@
 //! The minus marks the interval before. For rates that are linear in time over both intervals, of lengths T₋ and T, the
 //! factor is k = T² / (6 T₋ (T₋ + T)), which is the textbook's 1/12 where T₋ = T (Savage, J. Guidance 21, 1998, for equal ones).
 //!
-//! There is no vertical channel: a ship's height is known, and the vertical velocity stays zero.
+//! Without a vertical channel a ship's height is known, and the vertical velocity stays zero. With one both are integrated; by
+//! itself it is unstable (normal gravity falls with height), so something must measure height or vertical velocity.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -20,6 +21,8 @@ use crate::sensor::Increment;
 
 /// The earth is computed anew when the latitude has moved by this much \[rad\] (6 mm; 1e-7 deg/h of earth rate).
 const LATITUDE_STEP_RAD: f64 = 1e-9;
+/// And when the height has changed by this much \[m\]; in between gravity goes by its gradient.
+const HEIGHT_STEP_M: f64 = 10.0;
 
 /// An increment corrected for the turning of the block within it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,9 +74,9 @@ impl IncrementCorrector {
 pub struct NavigationState {
     /// Turns b into n (ENU).
     pub attitude: UnitQuaternion<f64>,
-    /// Velocity over ground in n (E, N, U) \[m/s\]; U is zero.
+    /// Velocity over ground in n (E, N, U) \[m/s\]; U is zero without a vertical channel.
     pub velocity: Vector3<f64>,
-    /// Position; the height stays as it was given.
+    /// Position; without a vertical channel the height stays as it was given.
     pub position: Position,
 }
 
@@ -85,6 +88,8 @@ pub struct Strapdown {
     corrector: IncrementCorrector,
     earth: LocalEarth,
     earth_latitude: f64,
+    earth_height: f64,
+    vertical: bool,
 }
 
 impl Strapdown {
@@ -96,7 +101,16 @@ impl Strapdown {
             corrector: IncrementCorrector::default(),
             earth: LocalEarth::at(state.position.latitude_rad, state.position.height_m),
             earth_latitude: state.position.latitude_rad,
+            earth_height: state.position.height_m,
+            vertical: false,
         }
+    }
+
+    /// With a vertical channel or without one.
+    #[must_use]
+    pub fn with_vertical_channel(mut self, vertical: bool) -> Self {
+        self.vertical = vertical;
+        self
     }
 
     /// Where the integration stands.
@@ -128,7 +142,14 @@ impl Strapdown {
         let before = self.state.velocity;
         let coriolis = (earth_rate + frame_rate).cross(&before);
         let mut velocity = before + gained - coriolis * interval;
-        velocity.z = 0.0;
+        if self.vertical {
+            let above = self.state.position.height_m - self.earth_height;
+            let gravity = self.earth.gravity_m_s2 + self.earth.gravity_gradient_per_s2 * above;
+            velocity.z -= gravity * interval;
+            self.state.position.height_m += 0.5 * (before.z + velocity.z) * interval;
+        } else {
+            velocity.z = 0.0;
+        }
 
         let mean = 0.5 * (before + velocity);
         let transport = self.earth.transport_rate(&mean);
@@ -161,6 +182,12 @@ impl Strapdown {
         self.refresh_earth();
     }
 
+    /// Takes an estimated error of the height \[m\] out of the state.
+    pub fn correct_height(&mut self, height_error_m: f64) {
+        self.state.position.height_m -= height_error_m;
+        self.refresh_earth();
+    }
+
     /// Tells the mechanization that the next increment does not follow the last one.
     pub fn break_stream(&mut self) {
         self.corrector.forget();
@@ -176,12 +203,16 @@ impl Strapdown {
 
     #[inline]
     fn refresh_earth(&mut self) {
-        if (self.state.position.latitude_rad - self.earth_latitude).abs() > LATITUDE_STEP_RAD {
+        let position = &self.state.position;
+        if (position.latitude_rad - self.earth_latitude).abs() > LATITUDE_STEP_RAD
+            || (position.height_m - self.earth_height).abs() > HEIGHT_STEP_M
+        {
             self.earth = LocalEarth::at(
                 self.state.position.latitude_rad,
                 self.state.position.height_m,
             );
             self.earth_latitude = self.state.position.latitude_rad;
+            self.earth_height = self.state.position.height_m;
         }
     }
 }

@@ -1,13 +1,15 @@
-//! The sensor error model and its inverse.
+//! The sensor error model.
 //!
-//! gyroscope ω̃ = (I + K_g) ω + ε, accelerometer f̃ = (I + K_a) f + ∇ (noise apart). K_g holds scale factors on its diagonal
-//! and six installation angles off it; K_a scale factors and three installation angles in its lower triangle, because the
-//! accelerometers define the block frame.
+//! - gyroscope: ω̃ = (I + K_g) ω + ε + G_g f
+//! - accelerometer: f̃(t) = (I + K_a) f'(t − τ) + ∇ + K_2 f'²(t − τ), f'_i = \[f + ω × (ω × a_i) + ω̇ × a_i\]_i
+//!
+//! (noise apart). K_g holds scale factors on its diagonal and six installation angles off it; K_a scale factors and three
+//! installation angles in its lower triangle, because the accelerometers define the block frame. a_i is the arm of
+//! accelerometer i from the table's centre, where the filter's point is: the block's displacement ρ and the accelerometer's
+//! place r_i in the block show as their sum only. [`compensation`](super::compensation) is the inverse.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-
-use crate::error::Error;
 
 /// Deterministic errors of gyroscopes and accelerometers, measured minus true.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +22,14 @@ pub struct SensorErrors {
     pub gyroscope_matrix: Matrix3<f64>,
     /// Accelerometer scale factors and installation angles K_a \[1, rad\].
     pub accelerometer_matrix: Matrix3<f64>,
+    /// Quadratic coefficients of the accelerometers K_2 \[1/(m/s²)\].
+    pub accelerometer_quadratic: Vector3<f64>,
+    /// Row i: the arm a_i of accelerometer i from the table's centre, block axes \[m\].
+    pub accelerometer_arms: Matrix3<f64>,
+    /// g-sensitivity of the gyroscopes G_g \[rad/s per m/s²\].
+    pub gyroscope_g_sensitivity: Matrix3<f64>,
+    /// How late the accelerometers are against the gyroscopes τ \[s\].
+    pub accelerometer_delay_s: f64,
 }
 
 impl Default for SensorErrors {
@@ -29,8 +39,47 @@ impl Default for SensorErrors {
             accelerometer_bias: Vector3::zeros(),
             gyroscope_matrix: Matrix3::zeros(),
             accelerometer_matrix: Matrix3::zeros(),
+            accelerometer_quadratic: Vector3::zeros(),
+            accelerometer_arms: Matrix3::zeros(),
+            gyroscope_g_sensitivity: Matrix3::zeros(),
+            accelerometer_delay_s: 0.0,
         }
     }
+}
+
+/// How the block moves at a moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BlockMotion {
+    /// Angular rate ω against inertial space, block axes \[rad/s\].
+    pub rate: Vector3<f64>,
+    /// Its derivative ω̇, block axes \[rad/s²\].
+    pub rate_derivative: Vector3<f64>,
+    /// Specific force f at the table's centre, block axes \[m/s²\].
+    pub force: Vector3<f64>,
+    /// Its derivative in block axes ḟ \[m/s³\].
+    pub force_derivative: Vector3<f64>,
+}
+
+impl BlockMotion {
+    /// A block of constant rate and specific force.
+    pub fn steady(rate: Vector3<f64>, force: Vector3<f64>) -> Self {
+        Self {
+            rate,
+            force,
+            ..Self::default()
+        }
+    }
+
+    /// \[ω×\]² + \[ω̇×\]: what a metre of arm adds to the specific force \[1/s²\].
+    pub fn arm_matrix(&self) -> Matrix3<f64> {
+        let turning = self.rate.cross_matrix();
+        turning * turning + self.rate_derivative.cross_matrix()
+    }
+}
+
+/// Row i of `matrix` times arm i: what each accelerometer feels by its arm.
+pub(super) fn by_arms(matrix: &Matrix3<f64>, arms: &Matrix3<f64>) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| matrix.row(i).dot(&arms.row(i)))
 }
 
 impl SensorErrors {
@@ -43,153 +92,27 @@ impl SensorErrors {
         }
     }
 
-    /// What the sensors report of a true rate \[rad/s\] and a true specific force \[m/s²\].
-    pub fn corrupt(
-        &self,
-        rate: &Vector3<f64>,
-        force: &Vector3<f64>,
-    ) -> (Vector3<f64>, Vector3<f64>) {
+    /// What the sensors report of a motion: rate \[rad/s\] and specific force \[m/s²\]. The delay enters to first order,
+    /// f(t − τ) = f − τ ḟ.
+    pub fn corrupt(&self, motion: &BlockMotion) -> (Vector3<f64>, Vector3<f64>) {
+        let BlockMotion { rate, force, .. } = motion;
+        let felt = force + by_arms(&motion.arm_matrix(), &self.accelerometer_arms)
+            - self.accelerometer_delay_s * motion.force_derivative;
         (
-            rate + self.gyroscope_matrix * rate + self.gyroscope_drift,
-            force + self.accelerometer_matrix * force + self.accelerometer_bias,
+            rate + self.gyroscope_matrix * rate
+                + self.gyroscope_drift
+                + self.gyroscope_g_sensitivity * force,
+            felt + self.accelerometer_matrix * felt
+                + self.accelerometer_bias
+                + self
+                    .accelerometer_quadratic
+                    .component_mul(&felt.component_mul(&felt)),
         )
     }
 
-    /// The inverse of this model.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] where I + K cannot be inverted or a value is not finite.
-    pub fn compensation(&self) -> Result<Compensation, Error> {
-        let invert = |name: &str, k: &Matrix3<f64>| {
-            (Matrix3::identity() + k)
-                .try_inverse()
-                .filter(|m| m.iter().all(|v| v.is_finite()))
-                .ok_or_else(|| {
-                    Error::setting(name, k, "a matrix K for which I + K can be inverted")
-                })
-        };
-        for (name, v) in [
-            ("gyroscope_drift_rad_s", &self.gyroscope_drift),
-            ("accelerometer_bias_m_s2", &self.accelerometer_bias),
-        ] {
-            if !v.iter().all(|x| x.is_finite()) {
-                return Err(Error::setting(name, v, "finite numbers"));
-            }
-        }
-        let zero = Matrix3::zeros();
-        if self.gyroscope_matrix == zero && self.accelerometer_matrix == zero {
-            return Ok(Compensation {
-                errors: *self,
-                gyroscope_inverse: Matrix3::identity(),
-                accelerometer_inverse: Matrix3::identity(),
-                constant: true,
-            });
-        }
-        Ok(Compensation {
-            errors: *self,
-            gyroscope_inverse: invert("gyroscope_matrix", &self.gyroscope_matrix)?,
-            accelerometer_inverse: invert("accelerometer_matrix", &self.accelerometer_matrix)?,
-            constant: false,
-        })
-    }
-}
-
-/// Takes the sensor errors out of samples: ω = (I + K_g)⁻¹ (ω̃ − ε), f = (I + K_a)⁻¹ (f̃ − ∇).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compensation {
-    errors: SensorErrors,
-    gyroscope_inverse: Matrix3<f64>,
-    accelerometer_inverse: Matrix3<f64>,
-    /// Whether both inverses are identities.
-    constant: bool,
-}
-
-impl Compensation {
-    /// The errors that are taken out.
-    pub fn errors(&self) -> &SensorErrors {
-        &self.errors
-    }
-
-    /// (I + K_g)⁻¹.
-    pub fn gyroscope_inverse(&self) -> &Matrix3<f64> {
-        &self.gyroscope_inverse
-    }
-
-    /// (I + K_a)⁻¹.
-    pub fn accelerometer_inverse(&self) -> &Matrix3<f64> {
-        &self.accelerometer_inverse
-    }
-
-    /// True angle \[rad\] and velocity \[m/s\] gathered over an interval, from measured ones.
-    #[inline]
-    pub fn apply_increment(
-        &self,
-        interval_s: f64,
-        angle: &Vector3<f64>,
-        velocity: &Vector3<f64>,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let angle = angle - self.errors.gyroscope_drift * interval_s;
-        let velocity = velocity - self.errors.accelerometer_bias * interval_s;
-        if self.constant {
-            return (angle, velocity);
-        }
-        (
-            self.gyroscope_inverse * angle,
-            self.accelerometer_inverse * velocity,
-        )
-    }
-
-    /// True rate \[rad/s\] and specific force \[m/s²\] from measured ones.
-    pub fn apply(&self, rate: &Vector3<f64>, force: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        (
-            self.gyroscope_inverse * (rate - self.errors.gyroscope_drift),
-            self.accelerometer_inverse * (force - self.errors.accelerometer_bias),
-        )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    /// Compensation undoes the full model, drift, bias, scale factors and installation angles.
-    #[test]
-    fn compensation_is_the_inverse() {
-        let errors = SensorErrors {
-            gyroscope_drift: Vector3::new(1e-7, -2e-7, 3e-7),
-            accelerometer_bias: Vector3::new(1e-3, 2e-3, -3e-3),
-            gyroscope_matrix: Matrix3::new(1e-4, 2e-4, -1e-4, 3e-4, -1e-4, 5e-5, 1e-5, 2e-5, 7e-5),
-            accelerometer_matrix: Matrix3::new(1e-4, 0.0, 0.0, 3e-4, -1e-4, 0.0, 1e-5, 2e-5, 7e-5),
-        };
-        let (w, f) = (Vector3::new(0.1, -0.2, 0.3), Vector3::new(1.0, 2.0, 9.0));
-        let (measured_w, measured_f) = errors.corrupt(&w, &f);
-        let (back_w, back_f) = errors
-            .compensation()
-            .unwrap()
-            .apply(&measured_w, &measured_f);
-        assert!((back_w - w).norm() < 1e-16 && (back_f - f).norm() < 1e-14);
-        let (angle, velocity) = errors.compensation().unwrap().apply_increment(
-            0.01,
-            &(measured_w * 0.01),
-            &(measured_f * 0.01),
-        );
-        assert!((angle - w * 0.01).norm() < 1e-17 && (velocity - f * 0.01).norm() < 1e-15);
-    }
-
-    /// A matrix that folds space is refused with its name.
-    #[test]
-    fn singular_matrix_is_refused() {
-        let errors = SensorErrors {
-            gyroscope_matrix: -Matrix3::identity(),
-            ..SensorErrors::default()
-        };
-        assert!(
-            errors
-                .compensation()
-                .unwrap_err()
-                .to_string()
-                .contains("gyroscope_matrix")
-        );
+    /// Whether the model is drift and bias alone.
+    pub fn is_constant(&self) -> bool {
+        let rest = Self::constant(self.gyroscope_drift, self.accelerometer_bias);
+        *self == rest
     }
 }

@@ -9,7 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{Stream, TruthSample, generator};
 use crate::error::Error;
 use crate::range;
-use crate::sensor::errors::SensorErrors;
+use crate::sensor::errors::{BlockMotion, SensorErrors};
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
@@ -152,10 +152,10 @@ impl ImuErrors {
         let noise = self.settings.noise;
         let gyroscope_noise = self.normals().component_mul(&noise.gyroscope) * root;
         let accelerometer_noise = self.normals().component_mul(&noise.accelerometer) * root;
-        let (rate, force) = self
-            .settings
-            .errors
-            .corrupt(&truth.angular_rate, &truth.specific_force);
+        let (rate, force) = self.settings.errors.corrupt(&BlockMotion::steady(
+            truth.angular_rate,
+            truth.specific_force,
+        ));
         ImuSample {
             stamp: truth.stamp,
             angular_rate: rate + gyroscope_noise,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::time::Stamp;
 
+pub mod errors;
 pub mod links;
 #[cfg(test)]
 mod properties;
@@ -16,6 +17,7 @@ pub mod scheme;
 mod tolerance;
 mod trajectory;
 
+pub use errors::{AttitudeDerivatives, TableErrors};
 pub use tolerance::{JointTolerance, violation};
 pub use trajectory::{Cubic, JointState, Trajectory, TrajectoryPoint};
 

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::estimation::error_state::{BIAS, DRIFT};
 use crate::machines::self_calibration::{Calibration, Estimator, Event as AlignmentEvent};
 use crate::sensor::Increment;
-use crate::sensor::errors::Compensation;
+use crate::sensor::compensation::Compensation;
 use crate::sensor::sample::ImuSample;
 use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};

@@ -28,7 +28,7 @@ pub use solution::{NavigatorOutput, Solution};
 use crate::earth::Position;
 use crate::error::Error;
 use crate::machines::self_calibration::{Calibration, Estimator};
-use crate::sensor::errors::Compensation;
+use crate::sensor::compensation::Compensation;
 use crate::sensor::{ImuSample, VelocityMeasurement};
 use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};

@@ -111,6 +111,7 @@ impl CalibrationRecord {
                 accelerometer_bias: self.accelerometer_bias_m_s2.into(),
                 gyroscope_matrix: Matrix3::from_row_slice(&self.gyroscope_matrix),
                 accelerometer_matrix: Matrix3::from_row_slice(&self.accelerometer_matrix),
+                ..SensorErrors::default()
             },
             attitude: rotation(self.attitude_xyzw)?,
             position: self.position,

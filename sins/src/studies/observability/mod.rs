@@ -71,6 +71,8 @@ fn dynamics_at_rest(
             &(body_to_navigation.transpose() * earth.earth_rate()),
             &(body_to_navigation.transpose() * up),
         ),
+        rate_change: nalgebra::Vector3::zeros(),
+        force_change: nalgebra::Vector3::zeros(),
     };
     Paper::gather(&mut gathered, &span);
     let interval = Interval::constant(1.0, earth, nalgebra::Vector3::zeros(), up);
