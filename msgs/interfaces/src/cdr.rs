@@ -70,6 +70,7 @@ pub fn encode<M: RosMessage>(message: &M, payload: &mut Vec<u8>) -> Result<(), E
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::diagnostic_msgs::KeyValue;
 
