@@ -139,7 +139,12 @@ fn table_of(node: &str) -> String {
             let others = if given { row.from } else { row.to };
             if others.contains(&node) {
                 let (end, kind) = (end[usize::from(given)], short(row.type_name));
-                writeln!(table, "| {end} | `{}` | {kind} | {qos} | {} |", row.name, row.about).unwrap();
+                writeln!(
+                    table,
+                    "| {end} | `{}` | {kind} | {qos} | {} |",
+                    row.name, row.about
+                )
+                .unwrap();
             }
         }
     }
@@ -151,7 +156,9 @@ fn with_tables(page: &str) -> String {
     NODES.iter().fold(page.to_owned(), |page, node| {
         let begin = format!("<!-- interfaces of {node} -->\n");
         let (before, rest) = page.split_once(&begin).expect(&begin);
-        let (_, after) = rest.split_once("<!-- end -->\n").expect("an end of the table");
+        let (_, after) = rest
+            .split_once("<!-- end -->\n")
+            .expect("an end of the table");
         format!("{before}{begin}{}<!-- end -->\n{after}", table_of(node))
     })
 }

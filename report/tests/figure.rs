@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use report::{Axis, Band, Figure, Line, Panel, Series};
-use roxmltree::{Document, Node};
+use roxmltree::Document;
 
 /// Any text, even of control characters and markup, gives valid XML with a name for those who do not see it.
 #[test]

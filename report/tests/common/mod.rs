@@ -1,7 +1,7 @@
 //! A panel with one curve, and what an SVG says.
 #![allow(dead_code, reason = "each test uses a part of it")]
 
-use report::{Axis, Figure, Line, Panel, Series};
+use report::{Axis, Figure, Panel};
 use roxmltree::{Document, Node};
 
 pub fn figure(panel: Panel) -> Figure {

@@ -205,7 +205,10 @@ fn the_sequencer_moves_a_table_in_rclpy(python: &Path) {
     assert_eq!(obey["time"], 1);
     assert_eq!(found["pause"], json!({"paused": true, "resumed": true}));
     assert_eq!(found["never cancelled"], 1);
-    assert_eq!(found["late"], json!({"aborted": true, "goals_until_then": 0}));
+    assert_eq!(
+        found["late"],
+        json!({"aborted": true, "goals_until_then": 0})
+    );
     for (way, reason) in [
         (
             "fail",

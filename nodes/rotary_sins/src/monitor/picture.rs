@@ -85,8 +85,15 @@ mod tests {
         );
         let picture = svg(&buffer);
         assert!(picture.contains(">a &lt;b &amp; c</text>"), "{picture}");
-        let red = format!("<text x=\"{}\" y=\"{}\" fill=\"#f47067\"", 10 + 2 * 9, 10 + 18 + 14);
-        assert!(picture.contains(&red) && picture.contains(">red</text>"), "{picture}");
+        let red = format!(
+            "<text x=\"{}\" y=\"{}\" fill=\"#f47067\"",
+            10 + 2 * 9,
+            10 + 18 + 14
+        );
+        assert!(
+            picture.contains(&red) && picture.contains(">red</text>"),
+            "{picture}"
+        );
         assert_eq!(picture.matches("<text").count(), 2);
     }
 }
