@@ -3,8 +3,8 @@
 mod common;
 
 use common::*;
-use report::{Axis, Band, Figure, Line, Panel, Series};
-use roxmltree::{Document, Node};
+use report::{Band, Line, Series};
+use roxmltree::Document;
 
 /// No range, however small, large or empty, gives numbers that cannot be read.
 #[test]

@@ -30,7 +30,7 @@
 //! | WGS-84 radii and normal gravity | [`earth`] | NIMA TR8350.2 |
 //! | coning, sculling, rotation; unequal intervals | [`mechanization::strapdown`] | Savage 1998; derived for unequal ones |
 //! | coarse alignment in the inertial frame | [`mechanization::coarse_alignment`] | Wahba's problem, Markley 1988 |
-//! | F, G, H of the 13 states | [`estimation::error_state`] | Sensors 2015, 15, 3154, equations 25 to 29 |
+//! | F, G, H of the 13 states | [`estimation::groups`] | Sensors 2015, 15, 3154, equations 25 to 29 |
 //! | Joseph form, scalar updates | [`estimation::kalman`] | Bucy and Joseph 1968 |
 //! | chi-square test of the innovations | [`estimation::consistency`] | Bar-Shalom 2001 |
 //! | global conditions, stripped matrix, degrees, bound | [`studies::observability`] | the paper's section 2; Goshen-Meskin and Bar-Itzhack 1992 |

@@ -4,16 +4,16 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use sins::earth::{EARTH_RATE_RAD_S, LocalEarth};
-use sins::estimation::error_state::{
-    BIAS, DRIFT, MISALIGNMENT, StateMatrix, StateVector, VELOCITY,
-};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::{MISALIGNMENT, VELOCITY};
+use sins::estimation::state::{NamedCovariance, StateList, StateValues};
 use sins::sensor::errors::SensorErrors;
 use sins::sensor::sample::NoiseDensity;
 use sins::simulation::NoiseReading;
 use sins::studies::monte_carlo::{
-    Departure, MonteCarlo, Snapshot, Statistics, Voyage, VoyageTrack, mean_nees_bounds,
+    CALIBRATED, Departure, MonteCarlo, Snapshot, Statistics, Voyage, VoyageTrack, mean_nees_bounds,
 };
 use sins::studies::observability::{Setting, bound::bound, degree::degrees};
 use sins::table::scheme::Scheme;
@@ -147,7 +147,7 @@ fn bound_after_4_h(scheme: &Scheme, table: Turntable, noise: NoiseReading) -> [f
     let points = bound(&scheme.program(table).unwrap(), &setting, 600).unwrap();
     let units = [ARC_SECOND, MICRO_G, 1e-4 * DEG_PER_HOUR];
     let end = points.last().unwrap();
-    std::array::from_fn(|k| end.sigma[MISALIGNMENT + k] / units[k / 3])
+    std::array::from_fn(|k| end.sigma.value(CALIBRATED[k].name).unwrap() / units[k / 3])
 }
 
 /// The bound is that of an independent prototype, every row of its table, within 2 % and half a printed digit.
@@ -249,14 +249,14 @@ fn signals_at_rest_are_schulers() {
     let swing = norm(&|angle| bias / rate * angle.sin());
     let growth = norm(&|angle| drift * radius_m() * (1.0 - angle.cos()));
     for (state, expected, tolerance) in [
-        (VELOCITY, norm(&|angle| 0.01 * angle.cos()), 0.01),
-        (VELOCITY + 1, norm(&|angle| 0.01 * angle.cos()), 0.01),
-        (BIAS, swing, 0.01),
-        (BIAS + 1, swing, 0.01),
-        (DRIFT, growth, 0.03),
-        (DRIFT + 1, growth, 0.03),
+        (VELOCITY[0], norm(&|angle| 0.01 * angle.cos()), 0.01),
+        (VELOCITY[1], norm(&|angle| 0.01 * angle.cos()), 0.01),
+        (ACCELEROMETER_BIAS[0], swing, 0.01),
+        (ACCELEROMETER_BIAS[1], swing, 0.01),
+        (GYROSCOPE_DRIFT[0], growth, 0.03),
+        (GYROSCOPE_DRIFT[1], growth, 0.03),
     ] {
-        let ours = found.states[state].signal;
+        let ours = found.of(state).unwrap().signal;
         assert!(
             (ours / expected - 1.0).abs() < tolerance,
             "{state}: {ours} against {expected}"
@@ -274,7 +274,8 @@ fn degrees_bound_an_independent_prototypes_sigmas() {
     let prior = [36.0, 36.0, 180.0, 100.0, 100.0, 100.0, 100.0, 100.0, 100.0];
     let theirs = [0.053, 0.065, 2.34, 0.20, 0.12, 0.18, 1.18, 0.59, 1.20];
     for (k, theirs) in theirs.into_iter().enumerate() {
-        let least = prior[k] / (1.0 + found.states[MISALIGNMENT + k].degree.powi(2)).sqrt();
+        let degree = found.of(CALIBRATED[k].name).unwrap().degree;
+        let least = prior[k] / (1.0 + degree.powi(2)).sqrt();
         println!("{k}: {least:.4} {theirs}");
         assert!(least < 1.03 * theirs, "{k}: {least} against {theirs}");
     }
@@ -309,13 +310,16 @@ fn statistics_are_those_by_hand() {
     let mut statistics = Statistics::default();
     // Sigmas 2; one error of 3 and one of 4 sigmas, which are correlated by a half, then by nothing.
     for (errors, correlation) in [([6.0, 8.0], 0.5), ([2.0, 0.0], 0.0)] {
-        let mut covariance = StateMatrix::identity() * 4.0;
-        let (i, j) = (MISALIGNMENT, MISALIGNMENT + 1);
+        let states = StateList::labels(&CALIBRATED);
+        let mut covariance = DMatrix::identity(states.len(), states.len()) * 4.0;
+        let [i, j] = [MISALIGNMENT[0], MISALIGNMENT[1]].map(|n| states.position(n).unwrap());
         covariance[(i, j)] = 4.0 * correlation;
         covariance[(j, i)] = 4.0 * correlation;
-        let mut error = StateVector::zeros();
+        let mut error = vec![0.0; states.len()];
         error[i] = errors[0];
         error[j] = errors[1];
+        let error = StateValues::new(states.clone(), &error).unwrap();
+        let covariance = NamedCovariance::new(states, covariance).unwrap();
         run.snapshots = vec![Snapshot {
             time_s: 2.0,
             error,
@@ -327,8 +331,8 @@ fn statistics_are_those_by_hand() {
     // (3² − 2·3·4/2 + 4²) / (1 − 1/4) = 52/3, and 1.
     let nees = f64::midpoint(52.0 / 3.0, 1.0);
     assert!((end.mean_nees().unwrap() - nees).abs() < 1e-12);
-    assert!((end.rms()[0] - 20.0_f64.sqrt()).abs() < 1e-12);
-    assert!((end.rms()[1] - 32.0_f64.sqrt()).abs() < 1e-12);
-    assert!((end.sigma()[0] - 2.0).abs() < 1e-12);
-    assert!((end.rms_over_sigma()[0] - 5.0_f64.sqrt()).abs() < 1e-12);
+    assert!((end.rms().value(MISALIGNMENT[0]).unwrap() - 20.0_f64.sqrt()).abs() < 1e-12);
+    assert!((end.rms().value(MISALIGNMENT[1]).unwrap() - 32.0_f64.sqrt()).abs() < 1e-12);
+    assert!((end.sigma().value(MISALIGNMENT[0]).unwrap() - 2.0).abs() < 1e-12);
+    assert!((end.rms_over_sigma().value(MISALIGNMENT[0]).unwrap() - 5.0_f64.sqrt()).abs() < 1e-12);
 }

@@ -4,7 +4,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use sins::Stamp;
 use sins::earth::{LocalEarth, Position};
-use sins::estimation::error_state::{self, StateMatrix};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
+use sins::estimation::state::NamedCovariance;
 use sins::machines::navigator::{
     Navigator, NavigatorEvent, NavigatorOutput, NavigatorPhase, NavigatorSettings,
 };
@@ -84,6 +86,13 @@ fn place() -> Position {
     Position::from_degrees(45.0, 126.6, 0.0)
 }
 
+/// Every state known to this one-sigma.
+fn known(sigma: f64) -> NamedCovariance {
+    let navigation = POSITION.into_iter().chain(VELOCITY).chain(MISALIGNMENT);
+    let sensors = ACCELEROMETER_BIAS.into_iter().chain(GYROSCOPE_DRIFT);
+    NamedCovariance::from_sigmas(navigation.chain(sensors).map(|name| (name, sigma))).unwrap()
+}
+
 /// A calibration of sensors without errors.
 fn calibration(at: i64, position: Position) -> Calibration {
     Calibration {
@@ -92,7 +101,7 @@ fn calibration(at: i64, position: Position) -> Calibration {
         errors: SensorErrors::default(),
         attitude: UnitQuaternion::identity(),
         position,
-        covariance: StateMatrix::identity() * 1e-16,
+        covariance: known(1e-8),
         samples: 1_440_000,
         gaps: 0,
     }
@@ -124,7 +133,7 @@ fn events(navigator: &mut Navigator) -> Vec<NavigatorEvent> {
 
 fn outputs(events: &[NavigatorEvent]) -> Vec<NavigatorOutput> {
     let output = |event: &NavigatorEvent| match event {
-        NavigatorEvent::Sample { output, .. } => output.as_deref().copied(),
+        NavigatorEvent::Sample { output, .. } => output.as_deref().cloned(),
         _ => None,
     };
     events.iter().filter_map(output).collect()
@@ -156,7 +165,7 @@ fn a_jump_goes_on_from_the_newest_position() {
     let after = events(&mut navigator);
     let is_restart = |event: &&NavigatorEvent| matches!(event, NavigatorEvent::Restarted { .. });
     assert_eq!(after.iter().filter(is_restart).count(), 1);
-    let last = *outputs(&after).last().unwrap();
+    let last = outputs(&after).pop().unwrap();
     for solution in [last.compensated, last.uncompensated] {
         let off_m = there.offset_m(&solution.navigation.position).norm();
         assert!(off_m < 10.0, "{off_m} m from the newest fix");
@@ -213,7 +222,7 @@ fn a_hole_under_way_keeps_course_and_speed() {
         events(navigator)
     };
     let before = feed(0..number(40), &mut navigator);
-    let before = *outputs(&before).last().unwrap();
+    let before = outputs(&before).pop().unwrap();
     let after = feed(number(100)..number(105), &mut navigator);
     let crossed: Vec<_> = after
         .iter()
@@ -230,7 +239,7 @@ fn a_hole_under_way_keeps_course_and_speed() {
     );
     assert_eq!(navigator.phase(), NavigatorPhase::Navigating);
 
-    let after = *outputs(&after).last().unwrap();
+    let after = outputs(&after).pop().unwrap();
     let t = after.stamp.seconds_since(stamp(0));
     let navigation = &after.compensated.navigation;
     let sailed_m = place().offset_m(&navigation.position);
@@ -245,15 +254,14 @@ fn a_hole_under_way_keeps_course_and_speed() {
     assert!(navigation.attitude.angle() < 1e-3);
 
     // A speed that changes by 0.05 m/s a second, and a heading that turns by 0.01 rad a second, for a minute.
-    let sigma = |output: &NavigatorOutput, state: usize| {
-        output.compensated.covariance[(state, state)].sqrt()
-    };
-    assert!(sigma(&before, error_state::VELOCITY) < 0.01);
-    assert!((sigma(&after, error_state::VELOCITY) / 3.0 - 1.0).abs() < 0.2);
-    let heading = error_state::MISALIGNMENT + 2;
+    let sigma =
+        |output: &NavigatorOutput, state: &str| output.compensated.covariance.sigma(state).unwrap();
+    assert!(sigma(&before, VELOCITY[0]) < 0.01);
+    assert!((sigma(&after, VELOCITY[0]) / 3.0 - 1.0).abs() < 0.2);
+    let heading = MISALIGNMENT[2];
     assert!(sigma(&before, heading) < 1e-3);
     assert!((sigma(&after, heading) / 0.6 - 1.0).abs() < 0.1);
-    let north_m = sigma(&after, error_state::LATITUDE) * LocalEarth::at(0.8, 0.0).meridian_radius_m;
+    let north_m = sigma(&after, POSITION[0]) * LocalEarth::at(0.8, 0.0).meridian_radius_m;
     assert!((180.0..220.0).contains(&north_m), "{north_m} m");
 }
 
@@ -286,11 +294,10 @@ fn its_alignment_takes_measured_velocities() {
             navigator.push_imu(&ship.sample(k));
         }
         navigator.end();
-        let first = *outputs(&events(&mut navigator)).first().unwrap();
-        let east = error_state::VELOCITY;
+        let first = outputs(&events(&mut navigator)).remove(0);
         (
             first.compensated.navigation.velocity.x,
-            first.compensated.covariance[(east, east)].sqrt(),
+            first.compensated.covariance.sigma(VELOCITY[0]).unwrap(),
         )
     };
     let ((with_m_s, with_sigma), (without_m_s, without_sigma)) = (run(true), run(false));

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 use sins::{
-    estimation::error_state::{MISALIGNMENT, STATE_NAMES},
-    studies::monte_carlo::{CALIBRATED, Point, mean_nees_bounds},
+    estimation::state::StateValues,
+    studies::monte_carlo::{CALIBRATED, CALIBRATED_STATES, Point, mean_nees_bounds},
     studies::observability::bound::settled_s,
 };
 
@@ -77,13 +77,17 @@ struct SweepReport {
 }
 
 /// When σ of each of the nine stays below its threshold \[h\].
-pub fn settled_h(result: &CaseResult) -> [Option<f64>; CALIBRATED] {
+pub fn settled_h(result: &CaseResult) -> [Option<f64>; CALIBRATED_STATES] {
     std::array::from_fn(|k| {
-        let state = MISALIGNMENT + k;
+        let state = CALIBRATED[k].name;
         let group = GROUPS
             .iter()
             .find(|g| g.states.contains(&state) && threshold_applies(g, state))?;
-        settled_s(&result.bound, |sigma| sigma[state] < group.threshold).map(|s| s / 3600.0)
+        let is_found = |sigmas: &StateValues| {
+            let sigma = sigmas.value(state);
+            sigma.is_some_and(|sigma| sigma < group.threshold)
+        };
+        settled_s(&result.bound, is_found).map(|s| s / 3600.0)
     })
 }
 
@@ -96,7 +100,7 @@ pub fn results(campaign: &Campaign, claims: &[Claim], command: &str) -> Results 
         hours: plan.hours,
         rate_hz: plan.rate_hz,
         seed: plan.seed,
-        state_names: STATE_NAMES[MISALIGNMENT..].to_vec(),
+        state_names: CALIBRATED.map(|label| label.name).to_vec(),
         nees_bounds: mean_nees_bounds(plan.runs, CONFIDENCE),
         cases: campaign.cases.iter().map(case).collect(),
         heading_sweep: campaign
@@ -106,7 +110,8 @@ pub fn results(campaign: &Campaign, claims: &[Claim], command: &str) -> Results 
                 case: point.case.name(),
                 heading_deg: point.heading_deg,
                 sigma: point.bound.last().map_or_else(Vec::new, |end| {
-                    end.sigma.as_slice()[MISALIGNMENT..].to_vec()
+                    let sigma = |name| end.sigma.value(name).unwrap_or(f64::NAN);
+                    CALIBRATED.iter().map(|label| sigma(label.name)).collect()
                 }),
             })
             .collect(),
@@ -115,9 +120,7 @@ pub fn results(campaign: &Campaign, claims: &[Claim], command: &str) -> Results 
 }
 
 fn case(result: &CaseResult) -> CaseReport {
-    let of = |values: Option<nalgebra::SVector<f64, CALIBRATED>>| {
-        values.map_or_else(Vec::new, |v| v.as_slice().to_vec())
-    };
+    let of = |values: Option<StateValues>| values.map_or_else(Vec::new, |v| v.as_slice().to_vec());
     let end = result.statistics.end();
     CaseReport {
         name: result.case.name(),

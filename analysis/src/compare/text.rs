@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use sins::{
-    estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATES},
+    estimation::state::StateValues,
     studies::monte_carlo::{CALIBRATED, mean_nees_bounds},
     units::NAUTICAL_MILE_M,
 };
@@ -20,7 +20,7 @@ use crate::words::significant;
 /// A short text with the figures that a review wants to see change.
 pub fn text(campaign: &Campaign, claims: &[Claim], command: &str) -> String {
     let mut text = format!("{command}\n\n");
-    let labels: Vec<_> = STATE_LABELS[MISALIGNMENT..STATES].iter().collect();
+    let labels = &CALIBRATED;
     let line = |name: &str, cells: Vec<String>| {
         let mut text = format!("{name:<16}");
         for cell in cells {
@@ -36,10 +36,11 @@ pub fn text(campaign: &Campaign, claims: &[Claim], command: &str) -> String {
         writeln!(text, "{}", result.case.name()).ok();
         text += &line("", labels.iter().map(|l| l.symbol.to_owned()).collect());
         text += &line("", labels.iter().map(|l| l.unit.to_owned()).collect());
-        let scaled = |values: nalgebra::SVector<f64, CALIBRATED>| {
+        let scaled = |values: StateValues| {
             values
+                .as_slice()
                 .iter()
-                .zip(&labels)
+                .zip(labels)
                 .map(|(v, l)| significant(v / l.scale))
                 .collect()
         };
@@ -48,6 +49,7 @@ pub fn text(campaign: &Campaign, claims: &[Claim], command: &str) -> String {
         text += &line(
             "rms / sigma",
             end.rms_over_sigma()
+                .as_slice()
                 .iter()
                 .map(|v| format!("{v:.2}"))
                 .collect(),

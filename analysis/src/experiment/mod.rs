@@ -9,14 +9,14 @@ mod summary;
 use nalgebra::SVector;
 use rayon::prelude::*;
 use sins::{
-    estimation::error_state::BIAS,
+    estimation::state::StateLabel,
     machines::self_calibration::{Estimate, Event, SelfCalibration, Settings},
     sensor::errors::SensorErrors,
     simulation::{
         ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings,
     },
     stream::Reading,
-    studies::monte_carlo::{Departure, TrueErrors, Voyage, VoyageTrack},
+    studies::monte_carlo::{CALIBRATED, Departure, TrueErrors, Voyage, VoyageTrack},
     table::scheme::{Scheme, Sequencer, sequencer::SequencerSettings},
 };
 
@@ -34,8 +34,20 @@ const TOLD_H: [f64; 5] = [4.0, 8.0, 12.0, 24.0, 72.0];
 /// Estimates of the first IMU are kept at this distance \[s\].
 const KEPT_S: f64 = 60.0;
 
-/// Biases and drifts.
+/// Number of biases and drifts.
 const SENSOR_STATES: usize = 6;
+
+/// Biases and drifts: the last of what calibration is about.
+fn sensor_states() -> &'static [StateLabel] {
+    &CALIBRATED[CALIBRATED.len() - SENSOR_STATES..]
+}
+
+/// What the biases and drifts are, in the order of [`sensor_states`].
+fn true_errors() -> [f64; SENSOR_STATES] {
+    let truth = TrueErrors::table_1();
+    let (bias, drift) = (truth.accelerometer_bias, truth.gyroscope_drift);
+    [bias.x, bias.y, bias.z, drift.x, drift.y, drift.z]
+}
 
 /// What the experiment is to do.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +110,7 @@ fn trial(plan: &Plan, run: u64) -> Result<Trial, Error> {
         imu: ImuErrorSettings {
             errors,
             noise: plan.noise.density(),
+            ..ImuErrorSettings::perfect()
         },
         seed,
         ..SimulatorSettings::default()
@@ -122,16 +135,14 @@ fn trial(plan: &Plan, run: u64) -> Result<Trial, Error> {
             if run != 0 || estimate.duration_s < history.len() as f64 * KEPT_S {
                 continue;
             }
+            let of = |value: &dyn Fn(&str) -> Option<f64>| {
+                let names = sensor_states().iter().map(|label| label.name);
+                SVector::from_iterator(names.map(|name| value(name).unwrap_or(f64::NAN)))
+            };
             history.push(Kept {
                 time_s: estimate.duration_s,
-                value: estimate
-                    .state
-                    .fixed_rows::<SENSOR_STATES>(BIAS)
-                    .into_owned(),
-                sigma: estimate
-                    .sigma()
-                    .fixed_rows::<SENSOR_STATES>(BIAS)
-                    .into_owned(),
+                value: of(&|name| estimate.states.value(name)),
+                sigma: of(&|name| estimate.states.sigma(name)),
             });
         }
     }

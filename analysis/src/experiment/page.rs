@@ -1,14 +1,9 @@
 //! The experiment as a page.
 
-use nalgebra::Vector3;
 use report::{Axis, Band, Figure, Line, Page, Panel, Series};
-use sins::{
-    estimation::error_state::{BIAS, DRIFT, STATE_LABELS},
-    studies::monte_carlo::TrueErrors,
-    units::NAUTICAL_MILE_M,
-};
+use sins::units::NAUTICAL_MILE_M;
 
-use super::{HOURS, Kept, Report, Trial, text};
+use super::{HOURS, Kept, Report, SENSOR_STATES, Trial, sensor_states, text, true_errors};
 use crate::Error;
 
 /// The experiment as a page.
@@ -26,26 +21,20 @@ pub fn page(report: &Report, trials: &[Trial]) -> Result<Page, Error> {
     );
     page.section(2, "Estimates of the first IMU");
     for (id, title, states) in [
-        ("biases", "Accelerometer biases", BIAS..DRIFT),
-        ("drifts", "Gyroscope drifts", DRIFT..DRIFT + 3),
+        ("biases", "Accelerometer biases", 0..3),
+        ("drifts", "Gyroscope drifts", 3..SENSOR_STATES),
     ] {
         let mut figure = Figure::new(id, title, Axis::new("time", "h"))
             .x_range(0.0, HOURS)
             .caption("Estimate with ±3σ; the table turns from 0.7 h on.");
-        for state in states {
-            let label = &STATE_LABELS[state];
-            let k = state - BIAS;
+        for k in states {
+            let label = &sensor_states()[k];
             let points = |of: &dyn Fn(&Kept) -> f64| {
                 trials[0]
                     .history
                     .iter()
                     .map(|kept| (kept.time_s / 3600.0, of(kept) / label.scale))
                     .collect::<Vec<_>>()
-            };
-            let truth: Vector3<f64> = if state < DRIFT {
-                TrueErrors::table_1().accelerometer_bias
-            } else {
-                TrueErrors::table_1().gyroscope_drift
             };
             let band = trials[0]
                 .history
@@ -63,7 +52,7 @@ pub fn page(report: &Report, trials: &[Trial]) -> Result<Page, Error> {
                 Panel::new("", Axis::new(label.symbol, label.unit))
                     .band(Band::new("±3σ", band))
                     .series(Series::new("estimate", points(&|kept| kept.value[k])).colour(2))
-                    .horizontal(truth[k % 3] / label.scale, "truth")
+                    .horizontal(true_errors()[k] / label.scale, "truth")
                     .vertical(0.7, "rotation begins"),
             );
         }

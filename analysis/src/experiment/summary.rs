@@ -3,13 +3,11 @@
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 use sins::{
-    estimation::error_state::{BIAS, DRIFT, STATE_LABELS},
     machines::self_calibration::Phase,
-    studies::monte_carlo::TrueErrors,
     units::{ARC_SECOND, NAUTICAL_MILE_M},
 };
 
-use super::{HOURS, Plan, TOLD_H, Trial};
+use super::{HOURS, Plan, TOLD_H, Trial, sensor_states, true_errors};
 use crate::{compare::PAPER_NMI, significant};
 
 #[derive(Serialize)]
@@ -54,29 +52,23 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Sums the trials up.
 pub fn summarize(plan: &Plan, trials: &[Trial], command: &str) -> Report {
-    let truth = TrueErrors::table_1();
-    let true_value = |state: usize| {
-        if state < DRIFT {
-            truth.accelerometer_bias[state - BIAS]
-        } else {
-            truth.gyroscope_drift[state - DRIFT]
-        }
-    };
-    let states = (BIAS..DRIFT + 3)
-        .map(|state| {
-            let label = &STATE_LABELS[state];
-            let mean =
-                trials.iter().map(|t| t.estimate.state[state]).sum::<f64>() / trials.len() as f64;
+    let states = sensor_states()
+        .iter()
+        .zip(true_errors())
+        .map(|(label, truth)| {
+            let estimates = || {
+                let values = trials.iter().map(|t| t.estimate.states.value(label.name));
+                values.map(|value| value.unwrap_or(f64::NAN))
+            };
+            let sigmas = trials.iter().map(|t| t.estimate.states.sigma(label.name));
+            let mean = estimates().sum::<f64>() / trials.len() as f64;
             StateRow {
                 state: label.words,
                 unit: label.unit,
-                truth: true_value(state) / label.scale,
+                truth: truth / label.scale,
                 mean_estimate: mean / label.scale,
-                rms_error: rms(trials
-                    .iter()
-                    .map(|t| t.estimate.state[state] - true_value(state)))
-                    / label.scale,
-                sigma: rms(trials.iter().map(|t| t.estimate.sigma()[state])) / label.scale,
+                rms_error: rms(estimates().map(|value| value - truth)) / label.scale,
+                sigma: rms(sigmas.map(|sigma| sigma.unwrap_or(f64::NAN))) / label.scale,
             }
         })
         .collect();

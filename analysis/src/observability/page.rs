@@ -1,10 +1,7 @@
 //! The analysis of a scheme as a section of a page.
 
 use report::{Cell, Page, Table};
-use sins::{
-    estimation::error_state::{STATE_LABELS, STATES},
-    studies::observability::stripped::RANK_TOLERANCE,
-};
+use sins::studies::observability::stripped::RANK_TOLERANCE;
 
 use super::{
     Analysis,
@@ -34,7 +31,8 @@ pub fn section(page: &mut Page, level: u8, analysis: &Analysis) {
     ]);
     let mut ranks = Table::new(
         format!(
-            "Rank of the stripped observability matrix after every dwell of one cycle ({STATES} states); a singular value counts above {RANK_TOLERANCE:e} of the largest."
+            "Rank of the stripped observability matrix after every dwell of one cycle ({} states); a singular value counts above {RANK_TOLERANCE:e} of the largest.",
+            analysis.degrees.states.len()
         ),
         [
             "dwell",
@@ -68,19 +66,19 @@ pub fn section(page: &mut Page, level: u8, analysis: &Analysis) {
             "unit",
         ],
     );
-    for (state, label) in STATE_LABELS.iter().enumerate() {
-        let degree = &analysis.degrees.states[state];
-        let singular = analysis
-            .degrees
-            .directions
-            .iter()
-            .find(|d| d.state == state);
-        let end = analysis.bound.last().map_or(f64::NAN, |p| p.sigma[state]);
+    for degree in &analysis.degrees.states {
+        let label = degree.state;
+        let singular = analysis.degrees.singular_value(label.name);
+        let end = analysis
+            .bound
+            .last()
+            .and_then(|p| p.sigma.value(label.name));
+        let end = end.unwrap_or(f64::NAN);
         degrees = degrees.row([
             Cell::text(format!("{} {}", label.symbol, label.words)),
             Cell::number(significant(degree.degree)),
             Cell::number(significant(degree.signal)),
-            Cell::number(singular.map_or_else(String::new, |d| significant(d.value))),
+            Cell::number(singular.map_or_else(String::new, significant)),
             Cell::number(significant(end / label.scale)),
             Cell::text(label.unit),
         ]);

@@ -1,10 +1,7 @@
 //! The analysis of a scheme as JSON.
 
 use serde::Serialize;
-use sins::{
-    estimation::error_state::{STATE_NAMES, STATES},
-    studies::observability::{global::Spread, stripped::RANK_TOLERANCE},
-};
+use sins::studies::observability::{global::Spread, stripped::RANK_TOLERANCE};
 
 use super::Analysis;
 
@@ -19,7 +16,7 @@ pub struct Report {
     rotations: Vec<RotationReport>,
     rank_tolerance: f64,
     ranks: Vec<RankReport>,
-    state_names: [&'static str; STATES],
+    state_names: Vec<&'static str>,
     singular_values: Vec<SingularReport>,
     degrees: Vec<f64>,
     signals: Vec<f64>,
@@ -121,14 +118,19 @@ pub fn report(analysis: &Analysis) -> Report {
                 hidden: r.hidden.iter().map(|h| h.words.clone()).collect(),
             })
             .collect(),
-        state_names: STATE_NAMES,
+        state_names: analysis
+            .degrees
+            .states
+            .iter()
+            .map(|degree| degree.state.name)
+            .collect(),
         singular_values: analysis
             .degrees
             .directions
             .iter()
             .map(|d| SingularReport {
                 value: d.value,
-                state: STATE_NAMES[d.state],
+                state: d.state.name,
                 direction_in_prior_sigmas: d.vector.as_slice().to_vec(),
             })
             .collect(),

@@ -2,9 +2,8 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 use sins::{
-    estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATES},
     simulation::NoiseReading,
-    studies::observability::stripped::RANK_TOLERANCE,
+    studies::{monte_carlo::CALIBRATED, observability::stripped::RANK_TOLERANCE},
 };
 
 use super::{
@@ -113,7 +112,7 @@ fn table_of_ranks(analysis: &Analysis) -> Table {
         table.add_row([
             rank.dwell.to_string(),
             rank.position.clone(),
-            format!("{} of {STATES}", rank.rank),
+            format!("{} of {}", rank.rank, analysis.degrees.states.len()),
             format!("{:.1e}", rank.smallest_kept),
             dropped(rank.largest_dropped),
             rank.hidden.len().to_string(),
@@ -135,19 +134,16 @@ fn table_of_degrees(analysis: &Analysis) -> Table {
         1,
     );
     let end = analysis.bound.last();
-    for (state, label) in STATE_LABELS.iter().enumerate() {
-        let degree = &analysis.degrees.states[state];
-        let singular = analysis
-            .degrees
-            .directions
-            .iter()
-            .find(|d| d.state == state);
+    for degree in &analysis.degrees.states {
+        let label = degree.state;
+        let singular = analysis.degrees.singular_value(label.name);
+        let end = end.and_then(|point| point.sigma.value(label.name));
         table.add_row([
             format!("{} {}", label.symbol, label.words),
             format!("{:.3}", degree.degree),
             format!("{:.3e}", degree.signal),
-            singular.map_or_else(String::new, |d| format!("{:.3e}", d.value)),
-            end.map_or_else(String::new, |p| significant(p.sigma[state] / label.scale)),
+            singular.map_or_else(String::new, |value| format!("{value:.3e}")),
+            end.map_or_else(String::new, |sigma| significant(sigma / label.scale)),
             label.unit.to_owned(),
         ]);
     }
@@ -157,7 +153,7 @@ fn table_of_degrees(analysis: &Analysis) -> Table {
 fn table_of_bound(analysis: &Analysis) -> Table {
     let mut header = vec!["h".to_owned()];
     header.extend(
-        STATE_LABELS[MISALIGNMENT..]
+        CALIBRATED
             .iter()
             .map(|l| format!("{} {}", l.symbol, l.unit)),
     );
@@ -168,9 +164,10 @@ fn table_of_bound(analysis: &Analysis) -> Table {
     });
     for point in half_hours {
         let mut row = vec![format!("{:.1}", point.time_s / 3600.0)];
-        row.extend(
-            (MISALIGNMENT..STATES).map(|i| significant(point.sigma[i] / STATE_LABELS[i].scale)),
-        );
+        row.extend(CALIBRATED.iter().map(|label| {
+            let sigma = point.sigma.value(label.name).unwrap_or(f64::NAN);
+            significant(sigma / label.scale)
+        }));
         table.add_row(row);
     }
     table

@@ -113,6 +113,10 @@ pub struct Counts {
     pub gaps: u64,
     /// Samples missing.
     pub lost: u64,
+    /// Measurements beyond their gate; where the estimates are recorded, nothing tells.
+    pub gated: Option<u64>,
+    /// Measurements refused, likewise.
+    pub refused: Option<u64>,
     /// Length of the alignment \[s\].
     pub duration_s: f64,
 }
@@ -124,6 +128,8 @@ impl From<&Estimate> for Counts {
             samples: counts.samples,
             gaps: counts.gaps,
             lost: counts.lost,
+            gated: Some(estimate.samples.updates.gated),
+            refused: Some(estimate.samples.refused_measurements()),
             duration_s: estimate.duration_s,
         }
     }

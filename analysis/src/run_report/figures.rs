@@ -2,7 +2,10 @@
 
 use report::{Axis, Band, Figure, Line, Panel, Series, palette};
 use sins::{
-    estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS, StateLabel},
+    estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+    estimation::groups::navigation::MISALIGNMENT,
+    estimation::model,
+    estimation::state::StateLabel,
     machines::self_calibration::Thresholds,
     table::JOINT_NAMES,
     time::Stamp,
@@ -81,6 +84,11 @@ pub struct Drawing<'a> {
     pub positions: &'a [Vec<(Stamp, f64)>; 2],
 }
 
+/// Labels of three states with their axes.
+fn labels(names: [&'static str; 3]) -> impl Iterator<Item = (usize, &'static StateLabel)> {
+    names.into_iter().filter_map(model::label).enumerate()
+}
+
 impl Drawing<'_> {
     /// All that there is something to be seen in.
     pub fn figures(&self) -> Vec<Figure> {
@@ -88,8 +96,8 @@ impl Drawing<'_> {
         if !self.points.is_empty() {
             figures.extend(self.misalignment());
             figures.extend([
-                self.sensor_errors("drift", "Gyroscope drift", DRIFT, |p| p.drift),
-                self.sensor_errors("bias", "Accelerometer bias", BIAS, |p| p.bias),
+                self.sensor_errors("drift", "Gyroscope drift", GYROSCOPE_DRIFT, |p| p.drift),
+                self.sensor_errors("bias", "Accelerometer bias", ACCELEROMETER_BIAS, |p| p.bias),
                 self.sigmas(),
                 self.nis(),
             ]);
@@ -143,8 +151,7 @@ impl Drawing<'_> {
                 "Error of the attitude against the recorded truth about East, North and Up, within ±3σ of the filter.{}",
                 self.phase_words()
             ));
-        for axis in 0..3 {
-            let label = &STATE_LABELS[MISALIGNMENT + axis];
+        for (axis, label) in labels(MISALIGNMENT) {
             let band = self.points.iter().map(|p| {
                 let three = 3.0 * p.misalignment_sigma[axis] / label.scale;
                 (self.clock.at(p.stamp), -three, three)
@@ -173,28 +180,29 @@ impl Drawing<'_> {
             let curves = (0..JOINT_NAMES.len()).map(|joint| self.joint(joint));
             figure = figure.panel(self.positions(curves.fold(panel, Panel::series)));
         }
-        for (first, name, of) in [
+        for (names, name, of) in [
             (
                 MISALIGNMENT,
                 "σ φ",
                 (|p| p.misalignment_sigma) as fn(&Point) -> [f64; 3],
             ),
-            (DRIFT, "σ ε", |p| p.drift[1]),
-            (BIAS, "σ ∇", |p| p.bias[1]),
+            (GYROSCOPE_DRIFT, "σ ε", |p| p.drift[1]),
+            (ACCELEROMETER_BIAS, "σ ∇", |p| p.bias[1]),
         ] {
-            let unit = STATE_LABELS[first];
-            let mut panel = Panel::new("", Axis::new(name, unit.unit)).log();
-            for axis in 0..3 {
+            let unit = labels(names)
+                .next()
+                .map_or(("", 1.0), |(_, l)| (l.unit, l.scale));
+            let (unit, scale) = unit;
+            let mut panel = Panel::new("", Axis::new(name, unit)).log();
+            for (axis, label) in labels(names) {
                 let curve = self
                     .points
                     .iter()
-                    .map(|p| (self.clock.at(p.stamp), of(p)[axis] / unit.scale));
-                let symbol = STATE_LABELS[first + axis].symbol;
-                panel = panel.series(Series::new(symbol, curve.collect()).colour(axis));
+                    .map(|p| (self.clock.at(p.stamp), of(p)[axis] / scale));
+                panel = panel.series(Series::new(label.symbol, curve.collect()).colour(axis));
             }
-            let asked = &self.thresholds.sigma[first..first + 3];
-            if let Some(threshold) = asked.iter().find(|sigma| sigma.is_finite()) {
-                panel = panel.horizontal(threshold / unit.scale, "");
+            if let Some(threshold) = names.iter().find_map(|name| self.thresholds.of(name)) {
+                panel = panel.horizontal(threshold / scale, "");
             }
             figure = figure.panel(self.phases(panel));
         }
@@ -205,11 +213,11 @@ impl Drawing<'_> {
         &self,
         id: &str,
         title: &str,
-        first: usize,
+        names: [&'static str; 3],
         of: fn(&Point) -> [[f64; 3]; 2],
     ) -> Figure {
         let truth = self.run.truth.calibration.as_ref().map(|truth| {
-            if first == DRIFT {
+            if names == GYROSCOPE_DRIFT {
                 truth.gyroscope_drift
             } else {
                 truth.accelerometer_bias
@@ -226,8 +234,7 @@ impl Drawing<'_> {
                 "Estimate of every axis of the block within ±3σ of the filter.{truth_words}{}",
                 self.phase_words()
             ));
-        for axis in 0..3 {
-            let label: &StateLabel = &STATE_LABELS[first + axis];
+        for (axis, label) in labels(names) {
             let value = |p: &Point| {
                 let [estimate, sigma] = of(p);
                 (

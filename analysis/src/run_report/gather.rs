@@ -304,6 +304,7 @@ impl Gathering<'_> {
                         gaps: estimate.gaps,
                         lost: estimate.lost_samples,
                         duration_s: estimate.duration,
+                        ..Counts::default()
                     };
                     let failed = estimate.phase == SelfCalibrationEstimate::INCONSISTENT;
                     run.history.failures += u64::from(failed);

@@ -61,7 +61,7 @@ impl RunReport {
     /// Where the bag cannot be read, has no topic of the kind, or does not lead to an estimate.
     pub fn of(request: &Request<'_>, listener: &dyn Listener) -> Result<Self, Error> {
         let &Request { bag, settings, .. } = request;
-        let calibrator = SelfCalibration::new(*settings)?;
+        let calibrator = SelfCalibration::new(settings.clone())?;
         let mut run = gather::gather(request.source, bag, calibrator, listener)?;
         let (points, singles) = run.history.take_series();
         let joints = std::mem::take(&mut run.joints).finish();
@@ -72,7 +72,7 @@ impl RunReport {
         let positions = run.tracks().each_ref().map(|track| track.points.points());
         let figures = Drawing {
             run: &run,
-            thresholds: settings.thresholds,
+            thresholds: settings.thresholds.clone(),
             clock,
             points: &points,
             singles: &singles,

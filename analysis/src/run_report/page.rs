@@ -2,7 +2,7 @@
 
 use bags::Bag;
 use report::{Cell, Figure, Page, Table, Verdict};
-use sins::{estimation::error_state::STATE_LABELS, time::Stamp};
+use sins::time::Stamp;
 
 use crate::Error;
 
@@ -134,7 +134,7 @@ fn state_table(states: &[StateAtEnd]) -> Table {
     };
     let mut table = Table::new(caption, header);
     for state in states {
-        let label = &STATE_LABELS[state.index];
+        let label = state.label;
         let digits = digits(label.unit);
         let number = |value: Option<f64>| {
             Cell::number(

@@ -6,7 +6,8 @@ use report::{Figure, Verdict};
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use serde::Serialize;
 use sins::{
-    estimation::error_state::{BIAS, DRIFT, MISALIGNMENT},
+    estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+    estimation::groups::navigation::MISALIGNMENT,
     time::Stamp,
     units::NAUTICAL_MILE_M,
 };
@@ -51,6 +52,8 @@ pub struct Summary {
     gaps: u64,
     lost_samples: u64,
     restarts: u64,
+    gated_measurements: Option<u64>,
+    refused_measurements: Option<u64>,
     phases: Vec<PhaseJson>,
     steps: Vec<StepJson>,
     position_error: Option<PositionJson>,
@@ -144,16 +147,22 @@ pub fn verdict(findings: &[Finding]) -> &'static str {
 }
 
 /// Three states that belong together.
-fn triple(end: &End, first: usize, of: impl Fn(&StateAtEnd) -> Option<f64>) -> Option<[f64; 3]> {
+fn triple(
+    end: &End,
+    names: [&str; 3],
+    of: impl Fn(&StateAtEnd) -> Option<f64>,
+) -> Option<[f64; 3]> {
     let mut values = [0.0; 3];
-    for (axis, value) in values.iter_mut().enumerate() {
-        let state = end
-            .states
-            .iter()
-            .find(|state| state.index == first + axis)?;
+    for (value, name) in values.iter_mut().zip(names) {
+        let state = end.states.iter().find(|state| state.label.name == name)?;
         *value = of(state)?;
     }
     Some(values)
+}
+
+fn largest_error_sigmas(end: &End) -> Option<f64> {
+    let sigmas = end.states.iter().filter_map(StateAtEnd::sigmas);
+    sigmas.map(f64::abs).reduce(f64::max)
 }
 
 /// Gathers the numbers.
@@ -198,20 +207,15 @@ pub fn summary(
         duration_s: head.end.seconds_since(head.clock.start),
         estimate_stamp_ns: last.map(|point| point.stamp.nanos()),
         estimate_count: run.history.taken,
-        gyroscope_drift_rad_s: triple(end, DRIFT, |s| s.estimate),
-        gyroscope_drift_std_rad_s: triple(end, DRIFT, |s| Some(s.sigma)),
-        gyroscope_drift_truth_rad_s: triple(end, DRIFT, |s| s.truth),
-        accelerometer_bias_m_s2: triple(end, BIAS, |s| s.estimate),
-        accelerometer_bias_std_m_s2: triple(end, BIAS, |s| Some(s.sigma)),
-        accelerometer_bias_truth_m_s2: triple(end, BIAS, |s| s.truth),
+        gyroscope_drift_rad_s: triple(end, GYROSCOPE_DRIFT, |s| s.estimate),
+        gyroscope_drift_std_rad_s: triple(end, GYROSCOPE_DRIFT, |s| Some(s.sigma)),
+        gyroscope_drift_truth_rad_s: triple(end, GYROSCOPE_DRIFT, |s| s.truth),
+        accelerometer_bias_m_s2: triple(end, ACCELEROMETER_BIAS, |s| s.estimate),
+        accelerometer_bias_std_m_s2: triple(end, ACCELEROMETER_BIAS, |s| Some(s.sigma)),
+        accelerometer_bias_truth_m_s2: triple(end, ACCELEROMETER_BIAS, |s| s.truth),
         misalignment_std_rad: triple(end, MISALIGNMENT, |s| Some(s.sigma)),
         misalignment_error_rad: triple(end, MISALIGNMENT, |s| s.error),
-        largest_error_sigmas: end
-            .states
-            .iter()
-            .filter_map(StateAtEnd::sigmas)
-            .map(f64::abs)
-            .reduce(f64::max),
+        largest_error_sigmas: largest_error_sigmas(end),
         angles: end
             .angles
             .iter()
@@ -229,6 +233,8 @@ pub fn summary(
         gaps,
         lost_samples,
         restarts: run.history.restarts.len() as u64,
+        gated_measurements: run.history.counts.gated,
+        refused_measurements: run.history.counts.refused,
         phases: run
             .history
             .phases

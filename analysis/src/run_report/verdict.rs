@@ -4,7 +4,10 @@ use report::Verdict;
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use sins::{
     earth::rotation::HeadingPitchRoll,
-    estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_LABELS},
+    estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+    estimation::groups::navigation::MISALIGNMENT,
+    estimation::model,
+    estimation::state::StateLabel,
 };
 
 use super::{
@@ -18,8 +21,8 @@ pub const LIMIT_SIGMA: f64 = 3.5;
 /// One estimated state at the end, SI.
 #[derive(Clone, Copy, Debug)]
 pub struct StateAtEnd {
-    /// Its number in the state vector.
-    pub index: usize,
+    /// Which one.
+    pub label: &'static StateLabel,
     /// The estimate; none of a misalignment, which has been fed back.
     pub estimate: Option<f64>,
     /// 1 sigma.
@@ -75,20 +78,30 @@ impl End {
         let vehicle = run.truth.vehicle();
         let error = run.truth.error_at(last.stamp);
         let mut states = Vec::new();
-        for (start, [estimate, sigma], truth) in [
-            (DRIFT, last.drift, truth.map(|t| t.gyroscope_drift)),
-            (BIAS, last.bias, truth.map(|t| t.accelerometer_bias)),
+        let labels =
+            |names: [&'static str; 3]| names.into_iter().filter_map(model::label).enumerate();
+        for (names, [estimate, sigma], truth) in [
+            (
+                GYROSCOPE_DRIFT,
+                last.drift,
+                truth.map(|t| t.gyroscope_drift),
+            ),
+            (
+                ACCELEROMETER_BIAS,
+                last.bias,
+                truth.map(|t| t.accelerometer_bias),
+            ),
         ] {
-            states.extend((0..3).map(|axis| StateAtEnd {
-                index: start + axis,
+            states.extend(labels(names).map(|(axis, label)| StateAtEnd {
+                label,
                 estimate: Some(estimate[axis]),
                 sigma: sigma[axis],
                 truth: truth.map(|truth| truth[axis]),
                 error: truth.map(|truth| estimate[axis] - truth[axis]),
             }));
         }
-        states.extend((0..3).map(|axis| StateAtEnd {
-            index: MISALIGNMENT + axis,
+        states.extend(labels(MISALIGNMENT).map(|(axis, label)| StateAtEnd {
+            label,
             estimate: None,
             sigma: last.misalignment_sigma[axis],
             truth: None,
@@ -193,7 +206,7 @@ fn near_truth(end: &End) -> Option<Finding> {
     let digits = usize::from(sigmas.abs() < 100.0);
     let text = format!(
         "{} {:.digits$} sigma from the truth",
-        STATE_LABELS[state.index].words,
+        state.label.words,
         sigmas.abs()
     );
     let fault = (state.is_good() != Some(true)).then_some(text);

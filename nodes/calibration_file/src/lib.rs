@@ -3,8 +3,8 @@
 //! The section `si` holds the numbers to the last bit. Those in field units say the same; where a person changed one of
 //! them, the file is refused, for it would say two things. A file without `si` is taken from its field units.
 //!
-//! States are found by their names. A file may hold more of them, or fewer, than this program knows: more are left aside, and
-//! of one that is missing nothing is known (its variance is zero, as in a file without `si`).
+//! States are found by their names. A file may hold more of them than this program knows, or fewer; of one that is missing, or
+//! whose variance is zero, a reader knows what it knew before. A sigma of zero in field units says that it is not known.
 
 use std::{fs, path::Path};
 
@@ -15,7 +15,6 @@ use sins::earth::Position;
 use sins::{
     Stamp,
     estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
-    estimation::model::{Model, Paper},
     machines::self_calibration::{Calibration, CalibrationRecord, Phase, RecordedCovariance},
     units::{DEG_PER_HOUR, MICRO_G},
 };
@@ -73,7 +72,7 @@ pub fn write(path: &Path, calibration: &Calibration, source: &str) -> anyhow::Re
 
 fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
     let errors = &calibration.errors;
-    let covariance = Paper::named(&calibration.covariance)?;
+    let covariance = &calibration.covariance;
     let sigma = |names| covariance.sigma3(names).unwrap_or_default();
     let q = calibration.attitude;
     let file = CalibrationFile {
@@ -97,7 +96,7 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
             accelerometer_matrix: errors.accelerometer_matrix.transpose().into(),
             latitude_rad: calibration.position.latitude_rad,
             longitude_rad: calibration.position.longitude_rad,
-            state_names: covariance.names().iter().map(ToString::to_string).collect(),
+            state_names: covariance.states().iter().map(Into::into).collect(),
             covariance: covariance
                 .matrix()
                 .row_iter()
@@ -179,7 +178,7 @@ fn put_si(record: &mut CalibrationRecord, si: Si) -> anyhow::Result<()> {
         "si.covariance is not {count} rows of {count}, as many as si.state_names"
     );
     record.covariance = RecordedCovariance::States {
-        names: si.state_names.into_iter().map(Into::into).collect(),
+        names: si.state_names,
         row_major: si.covariance.into_iter().flatten().collect(),
     };
     Ok(())
@@ -198,6 +197,8 @@ fn agree(name: &str, field: Vector3<f64>, si: Vector3<f64>) -> anyhow::Result<()
 mod tests {
     #![allow(clippy::unwrap_used)]
     use nalgebra::{SMatrix, UnitQuaternion};
+    use sins::estimation::model::{Model, Paper};
+    use sins::estimation::state::StateList;
     use sins::sensor::errors::SensorErrors;
 
     use super::*;
@@ -219,7 +220,7 @@ mod tests {
                 longitude_rad: 2.210_8,
                 height_m: 0.1,
             },
-            covariance: SMatrix::from_fn(|i, j| 1e-12 / (1 + i + j) as f64),
+            covariance: Paper::named(&SMatrix::from_fn(|i, j| 1e-12 / (1 + i + j) as f64)).unwrap(),
             samples: 1_440_000,
             gaps: 0,
         }
@@ -257,8 +258,7 @@ mod tests {
         file.gyroscope_drift_std_deg_per_hour = [0.001; 3];
         let calibration = calibration(file).unwrap();
         assert!((calibration.errors.gyroscope_drift.x - 0.01 * DEG_PER_HOUR).abs() < 1e-22);
-        let covariance = Paper::named(&calibration.covariance).unwrap();
-        let sigma = covariance.sigma(GYROSCOPE_DRIFT[0]).unwrap();
+        let sigma = calibration.covariance.sigma(GYROSCOPE_DRIFT[0]).unwrap();
         assert!((sigma / DEG_PER_HOUR - 0.001).abs() < 1e-15);
     }
 
@@ -267,31 +267,41 @@ mod tests {
     #[test]
     fn more_and_fewer_states() {
         let example = example();
-        let whole = Paper::named(&example.covariance).unwrap();
+        let whole = &example.covariance;
         let si = |names: &[&str]| {
             let mut file: CalibrationFile =
                 serde_saphyr::from_str(&text(&example, "x").unwrap()).unwrap();
             let si = file.si.as_mut().unwrap();
             si.state_names = names.iter().map(ToString::to_string).collect();
-            let element = |a: &str, b: &str| whole.covariance(a, b).unwrap_or(0.0);
+            let other = |a: &str, b: &str| if a == b { 1.0 } else { 0.0 };
+            let element = |a, b| whole.covariance(a, b).unwrap_or_else(|| other(a, b));
             si.covariance = names
                 .iter()
                 .map(|a| names.iter().map(|b| element(a, b)).collect())
                 .collect();
             file
         };
-        let mut more: Vec<&str> = whole.names().iter().map(AsRef::as_ref).collect();
+        let mut more: Vec<&str> = whole.states().iter().collect();
         more.insert(3, "accelerometer_quadratic_x_per_m_s2");
         more.reverse();
-        assert_eq!(calibration(si(&more)).unwrap(), example);
+        let read = calibration(si(&more)).unwrap();
+        assert_eq!(
+            read.covariance.states(),
+            &StateList::names(more.iter().copied())
+        );
+        let known = read
+            .covariance
+            .block(&Paper::LIST.map(|label| label.name))
+            .unwrap();
+        assert_eq!(known.as_slice(), whole.matrix().as_slice());
 
         let fewer = calibration(si(&GYROSCOPE_DRIFT)).unwrap();
-        let named = Paper::named(&fewer.covariance).unwrap();
+        let named = &fewer.covariance;
         assert_eq!(
             named.sigma3(&GYROSCOPE_DRIFT),
             whole.sigma3(&GYROSCOPE_DRIFT)
         );
-        assert_eq!(named.sigma3(&ACCELEROMETER_BIAS), Some(Vector3::zeros()));
+        assert_eq!(named.sigma3(&ACCELEROMETER_BIAS), None);
 
         let mut broken = si(&more);
         broken.si.as_mut().unwrap().covariance[0][0] = -1.0;

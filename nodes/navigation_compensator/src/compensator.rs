@@ -119,7 +119,7 @@ impl Compensator {
     /// [`Error::Setting`].
     pub fn new(settings: NodeSettings) -> Result<Self, Error> {
         let silence = Duration::from_secs_f64(settings.silence_s);
-        let navigator = Navigator::new(settings.navigator)?;
+        let navigator = Navigator::new(settings.navigator.clone())?;
         Ok(Self {
             phase: navigator.phase(),
             navigator,

@@ -7,8 +7,9 @@ use ros_node::{Level, ParameterSet, Report, Unit};
 use ship_sentences::{Motion, Output, Quality, Sentence};
 use sins::Stamp;
 use sins::earth::rotation::{HeadingPitchRoll, base_link_to_block};
-use sins::estimation::error_state::MISALIGNMENT;
+use sins::estimation::groups::navigation::MISALIGNMENT;
 use sins::machines::navigator::Solution;
+use sins::machines::odometry::UNKNOWN_VARIANCE;
 use sins::machines::odometry::VehicleMotion;
 
 /// Where the sentences go, and which.
@@ -203,8 +204,7 @@ pub fn ship_motion(stamp: Stamp, solution: &Solution, motion: &VehicleMotion) ->
     let angles = HeadingPitchRoll::from_attitude(&vehicle);
     let misalignment = solution
         .covariance
-        .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
-        .into_owned();
+        .block_or(&MISALIGNMENT, UNKNOWN_VARIANCE);
     let sigma = HeadingPitchRoll::sigma(angles.heading, &misalignment);
     Motion {
         utc_nanos: stamp.nanos(),

@@ -59,7 +59,7 @@ pub struct CompensatorParameters {
 }
 
 /// What the node's own alignment assumes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Alignment {
     filter: FilterParameters,
     uncompensated_bias_m_s2: f64,
@@ -113,9 +113,9 @@ pub fn navigator() -> ParameterSet<NavigatorSettings> {
 
 fn own_alignment() -> ParameterSet<Alignment> {
     let base = NavigatorSettings::default().alignment;
-    let filter = alignment(base);
+    let filter = alignment(base.clone());
     let alignment = Alignment {
-        filter: *filter.base(),
+        filter: filter.base().clone(),
         uncompensated_bias_m_s2: base.prior.accelerometer_bias_m_s2.x,
         uncompensated_drift_rad_s: base.prior.gyroscope_drift_rad_s.x,
     };
@@ -141,7 +141,7 @@ fn own_alignment() -> ParameterSet<Alignment> {
 pub fn declared() -> ParameterSet<CompensatorParameters> {
     let base = CompensatorParameters {
         node: NodeSettings::default(),
-        alignment: *own_alignment().base(),
+        alignment: own_alignment().base().clone(),
         input: *input().base(),
         instruments: instruments::declared().base().clone(),
     };
@@ -207,7 +207,7 @@ impl CompensatorParameters {
     /// One line naming the parameter that makes no sense together with the others.
     pub fn node(&self) -> anyhow::Result<NodeSettings> {
         let mut node = self.node.clone();
-        let mut alignment: Settings = self.alignment.filter.settings()?;
+        let mut alignment: Settings = self.alignment.filter.clone().settings()?;
         let prior = &mut alignment.prior;
         prior
             .accelerometer_bias_m_s2

@@ -8,7 +8,7 @@ use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_t
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
-use sins::estimation::error_state;
+use sins::estimation::groups::navigation::{MISALIGNMENT, VELOCITY};
 use sins::machines::navigator::Solution;
 use sins::machines::odometry::{UNKNOWN_VARIANCE, VehicleMotion, pose_covariance};
 use sins::machines::self_calibration::{Calibration, CalibrationRecord, Phase, RecordedCovariance};
@@ -73,9 +73,8 @@ fn covariance(message: &CalibrationMessage) -> RecordedCovariance {
             misalignment: message.attitude_covariance,
         };
     }
-    let names = message.state_names.iter().cloned().map(Into::into);
     RecordedCovariance::States {
-        names: names.collect(),
+        names: message.state_names.clone(),
         row_major: message.covariance.clone(),
     }
 }
@@ -93,8 +92,7 @@ pub fn imu(stamp: Stamp, solution: &Solution, measured: &ImuSample, frame_id: &s
         orientation_covariance: row_major(
             &solution
                 .covariance
-                .fixed_view::<3, 3>(error_state::MISALIGNMENT, error_state::MISALIGNMENT)
-                .into_owned(),
+                .block_or(&MISALIGNMENT, UNKNOWN_VARIANCE),
         ),
         ..imu_from_sample(&sample, frame_id)
     }
@@ -148,10 +146,7 @@ pub fn velocity(stamp: Stamp, solution: &Solution, frame_id: &str) -> TwistWithC
     let mut covariance = Matrix6::from_diagonal_element(UNKNOWN_VARIANCE);
     covariance
         .fixed_view_mut::<2, 2>(0, 0)
-        .copy_from(&solution.covariance.fixed_view::<2, 2>(
-            sins::estimation::error_state::VELOCITY,
-            sins::estimation::error_state::VELOCITY,
-        ));
+        .copy_from(&solution.covariance.block_or(&VELOCITY, UNKNOWN_VARIANCE));
     let mut message = TwistWithCovarianceStamped {
         header: header(stamp, frame_id),
         ..TwistWithCovarianceStamped::default()

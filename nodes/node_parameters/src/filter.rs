@@ -52,7 +52,7 @@ impl FromStr for VelocityReference {
 }
 
 /// The settings of the filter, and what of them is not put together yet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FilterParameters {
     settings: Settings,
     velocity_reference: VelocityReference,
@@ -75,13 +75,14 @@ impl From<Settings> for FilterParameters {
             Reference::Moored { .. } => VelocityReference::Moored,
             Reference::Measured { .. } => VelocityReference::Measured,
         };
+        let reference = settings.reference;
         Self {
             settings,
             velocity_reference,
-            moored_sigma_m_s: moored(settings.reference)
+            moored_sigma_m_s: moored(reference)
                 .or_else(|| moored(Settings::default().reference))
                 .unwrap_or_default(),
-            velocity_patience_s: patience(settings.reference).unwrap_or(VELOCITY_PATIENCE_S),
+            velocity_patience_s: patience(reference).unwrap_or(VELOCITY_PATIENCE_S),
         }
     }
 }
@@ -347,7 +348,7 @@ mod tests {
     use super::*;
 
     fn with(given: &[(&str, Value)]) -> anyhow::Result<Settings> {
-        let mut parameters = *filter().base();
+        let mut parameters = filter().base().clone();
         for (name, value) in given {
             filter().put(&mut parameters, name, value)?;
         }

@@ -1,7 +1,8 @@
 //! When an estimate counts as found.
 
 use ros_node::ParameterSet;
-use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::MISALIGNMENT;
 use sins::machines::self_calibration::Thresholds;
 
 use crate::units::{ARC_MINUTE, DEGREE_PER_HOUR, MICRO_G};
@@ -21,14 +22,13 @@ pub struct ThresholdParameters {
 
 impl Default for ThresholdParameters {
     fn default() -> Self {
-        let sigma = Thresholds::default().sigma;
-        let asked = |state: usize| Some(sigma[state]).filter(|s| s.is_finite()).unwrap_or(0.0);
-        let triple = |start: usize| [0, 1, 2].map(|axis| asked(start + axis));
+        let thresholds = Thresholds::default();
+        let asked = |state: &str| thresholds.of(state).unwrap_or(0.0);
         Self {
-            level_rad: asked(MISALIGNMENT),
-            azimuth_rad: asked(MISALIGNMENT + 2),
-            accelerometer_bias_m_s2: triple(BIAS),
-            gyroscope_drift_rad_s: triple(DRIFT),
+            level_rad: asked(MISALIGNMENT[0]),
+            azimuth_rad: asked(MISALIGNMENT[2]),
+            accelerometer_bias_m_s2: ACCELEROMETER_BIAS.map(asked),
+            gyroscope_drift_rad_s: GYROSCOPE_DRIFT.map(asked),
         }
     }
 }

@@ -9,7 +9,6 @@ use comfy_table::{CellAlignment, Table, presets};
 use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
-    estimation::error_state::STATE_NAMES,
     machines::self_calibration::{Estimate, Event, SelfCalibration, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
@@ -70,6 +69,8 @@ struct Report {
     spike_samples: u64,
     reordered_samples: u64,
     missing_velocities: u64,
+    gated_measurements: u64,
+    refused_measurements: u64,
     undecodable_messages: u64,
     restarts: u64,
     nis: f64,
@@ -77,7 +78,7 @@ struct Report {
     nis_upper_bound: f64,
     nis_failures: u64,
     verdict: Verdict,
-    state_names: Vec<&'static str>,
+    state_names: Vec<String>,
     state: Vec<f64>,
     covariance: Vec<f64>,
     warnings: Vec<String>,
@@ -88,7 +89,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
-    let mut calibrator = SelfCalibration::new(settings)?;
+    let mut calibrator = SelfCalibration::new(settings.clone())?;
     let mut said = 0.0;
     let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
         if let Some(reading) = sample.reading() {
@@ -173,6 +174,8 @@ fn report(estimate: &Estimate, verdict: Verdict, notes: Notes) -> Report {
         spike_samples: counts.spikes,
         reordered_samples: counts.reordered,
         missing_velocities: estimate.samples.missing_velocities,
+        gated_measurements: estimate.samples.updates.gated,
+        refused_measurements: estimate.samples.refused_measurements(),
         undecodable_messages: notes.undecodable_messages,
         restarts: counts.restarts,
         nis: innovations.last,
@@ -180,9 +183,9 @@ fn report(estimate: &Estimate, verdict: Verdict, notes: Notes) -> Report {
         nis_upper_bound: innovations.window_bound,
         nis_failures: innovations.failures,
         verdict,
-        state_names: STATE_NAMES.to_vec(),
-        state: estimate.state.as_slice().to_vec(),
-        covariance: estimate.covariance.transpose().as_slice().to_vec(),
+        state_names: estimate.states.states().iter().map(Into::into).collect(),
+        state: estimate.states.values().to_vec(),
+        covariance: estimate.covariance().row_major(),
         warnings: notes.lines,
     }
 }
@@ -259,6 +262,10 @@ fn text(estimate: &Estimate, verdict: &Verdict) -> String {
         counts.lost,
         counts.refused()
     );
+    if let Some(left_out) = estimate.samples.measurements_left_out() {
+        text.push('\n');
+        text.push_str(&left_out);
+    }
     for reason in &verdict.reasons {
         text.push_str("\n  ");
         text.push_str(reason);

@@ -152,8 +152,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
                         ..
                     } = &event
                     {
-                        first.get_or_insert(**output);
-                        last = Some(**output);
+                        first.get_or_insert_with(|| (**output).clone());
+                        last = Some((**output).clone());
                     }
                     tell(told, &event);
                 }
@@ -185,7 +185,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             ..
         } = event
         {
-            first.get_or_insert(*output);
+            first.get_or_insert_with(|| (*output).clone());
             last = Some(*output);
         }
     }

@@ -171,13 +171,7 @@ fn thresholds(goal: &Goal, own: Thresholds) -> Thresholds {
         [goal.accelerometer_bias_threshold; 3],
         [goal.gyroscope_drift_threshold; 3],
     );
-    let mut all = own;
-    for (sigma, asked) in all.sigma.iter_mut().zip(asked.sigma) {
-        if asked.is_finite() {
-            *sigma = asked;
-        }
-    }
-    all
+    own.replaced_by(&asked)
 }
 
 /// Why the scheme that the goal names cannot bring it there. As long as nobody tells of a scheme, it may still come.

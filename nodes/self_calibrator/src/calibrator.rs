@@ -75,7 +75,7 @@ impl Calibrator {
     /// # Errors
     /// [`Error::Setting`].
     pub fn new(settings: &Settings, source: &str, silence: Duration) -> Result<Self, Error> {
-        let machine = SelfCalibration::new(*settings)?;
+        let machine = SelfCalibration::new(settings.clone())?;
         Ok(Self {
             phase: machine.phase(),
             machine,
@@ -91,7 +91,7 @@ impl Calibrator {
             frame_id: "imu_link".to_owned(),
             latest: None,
             good: None,
-            own_thresholds: settings.thresholds,
+            own_thresholds: settings.thresholds.clone(),
             problem: None,
             noise_told: false,
             converged_published: false,
@@ -312,13 +312,13 @@ impl Calibrator {
 
     /// What the parameters ask for.
     pub fn own_thresholds(&self) -> Thresholds {
-        self.own_thresholds
+        self.own_thresholds.clone()
     }
 
     /// Asks for other sigmas than the parameters do, or for those again. Convergence by them is news.
     pub fn ask_for(&mut self, thresholds: Option<Thresholds>) {
         self.machine
-            .set_thresholds(thresholds.unwrap_or(self.own_thresholds));
+            .set_thresholds(thresholds.unwrap_or_else(|| self.own_thresholds.clone()));
         self.follow_phase();
         self.converged_published &= self.phase == Phase::Converged;
     }
@@ -338,7 +338,10 @@ impl Calibrator {
     pub fn progress_share(&self) -> f64 {
         self.latest.as_ref().map_or_else(
             || self.machine.coarse_progress(),
-            |latest| self.machine.settings().thresholds.reached(&latest.sigma()),
+            |latest| {
+                let thresholds = &self.machine.settings().thresholds;
+                thresholds.reached(latest.covariance())
+            },
         )
     }
 

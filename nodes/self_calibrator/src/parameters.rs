@@ -21,7 +21,7 @@ pub struct NodeSettings {
 /// All parameters of the node. The defaults are those of [`Settings`].
 pub fn declared() -> ParameterSet<NodeSettings> {
     let base = NodeSettings {
-        filter: *filter().base(),
+        filter: filter().base().clone(),
         thresholds: *thresholds().base(),
         input: *input().base(),
         calibration_file: String::new(),
@@ -53,7 +53,7 @@ impl NodeSettings {
     pub fn machine(&self) -> anyhow::Result<Settings> {
         Ok(Settings {
             thresholds: self.thresholds.into(),
-            ..self.filter.settings()?
+            ..self.filter.clone().settings()?
         })
     }
 

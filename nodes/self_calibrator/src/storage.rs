@@ -75,7 +75,8 @@ mod tests {
     use nalgebra::UnitQuaternion;
     use sins::Stamp;
     use sins::earth::Position;
-    use sins::estimation::error_state::StateMatrix;
+    use sins::estimation::groups::bias::GYROSCOPE_DRIFT;
+    use sins::estimation::state::NamedCovariance;
     use sins::machines::self_calibration::{Calibration as Calibrated, Phase};
     use sins::sensor::SensorErrors;
 
@@ -103,7 +104,8 @@ mod tests {
             errors: SensorErrors::default(),
             attitude: UnitQuaternion::identity(),
             position: Position::from_degrees(45.0, 126.6, 0.0),
-            covariance: StateMatrix::identity() * 1e-12,
+            covariance: NamedCovariance::from_sigmas(GYROSCOPE_DRIFT.map(|name| (name, 1e-6)))
+                .unwrap(),
             samples: 1,
             gaps: 0,
         };

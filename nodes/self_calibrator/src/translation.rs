@@ -2,14 +2,15 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use rotary_sins_msgs::convert::{header, row_major};
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
-use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATE_NAMES, StateMatrix};
-use sins::machines::self_calibration::{Estimate, Phase, SampleReport};
-use sins::stream::counts::StreamCounts;
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::MISALIGNMENT;
+use sins::estimation::state::StateList;
+use sins::machines::self_calibration::{Estimate, NOT_KNOWN, Phase, SampleReport};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of a phase in messages.
@@ -26,16 +27,16 @@ pub const fn phase_number(phase: Phase) -> u8 {
 
 /// The message of an estimate. Heading, pitch and roll are those of the block with both joints turned back to zero.
 pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate {
-    let sigma = estimate.sigma();
+    let covariance = estimate.covariance();
     let vehicle_sigma = estimate.vehicle_sigma();
     SelfCalibrationEstimate {
         header: header(estimate.stamp, frame_id),
         phase: phase_number(estimate.phase),
         phase_name: estimate.phase.name().to_owned(),
-        state_names: STATE_NAMES.map(str::to_owned).to_vec(),
-        state: estimate.state.as_slice().to_vec(),
-        covariance: all_rows(&estimate.covariance),
-        std: sigma.as_slice().to_vec(),
+        state_names: names(estimate.states.states()),
+        state: estimate.states.values().to_vec(),
+        covariance: covariance.row_major(),
+        std: covariance.sigmas(),
         gyroscope_drift: estimate.gyroscope_drift().into(),
         gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
         accelerometer_bias: estimate.accelerometer_bias().into(),
@@ -67,7 +68,7 @@ pub fn progress(
     samples: &SampleReport,
     frame_id: &str,
 ) -> SelfCalibrationEstimate {
-    let unknown = [-1.0; 3];
+    let unknown = [NOT_KNOWN; 3];
     SelfCalibrationEstimate {
         header: header(stamp, frame_id),
         phase: phase_number(phase),
@@ -75,9 +76,9 @@ pub fn progress(
         gyroscope_drift_std: unknown,
         accelerometer_bias_std: unknown,
         misalignment_std: unknown,
-        heading_std: -1.0,
-        roll_std: -1.0,
-        pitch_std: -1.0,
+        heading_std: NOT_KNOWN,
+        roll_std: NOT_KNOWN,
+        pitch_std: NOT_KNOWN,
         samples: samples.counts.samples,
         gaps: samples.counts.gaps,
         lost_samples: samples.counts.lost,
@@ -97,36 +98,33 @@ pub fn calibration(
     frame_id: &str,
     source: &str,
 ) -> Calibration {
-    let unknown = -1.0;
-    let sigma = result.sigma();
-    let sigma = |start: usize| sigma.fixed_rows::<3>(start).into_owned().into();
-    let misalignment = result
-        .covariance
-        .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT);
+    let sigma = |name: &str| result.covariance.sigma(name).unwrap_or(NOT_KNOWN);
+    // Zeros where nothing is known, as the message has it.
+    let misalignment: Matrix3<f64> = result.covariance.block(&MISALIGNMENT).unwrap_or_default();
     Calibration {
         header: header(result.stamp, frame_id),
         valid: result.phase != Phase::Inconsistent,
         converged: result.phase == Phase::Converged,
         gyroscope_drift: result.errors.gyroscope_drift.into(),
-        gyroscope_drift_std: sigma(DRIFT),
+        gyroscope_drift_std: GYROSCOPE_DRIFT.map(sigma),
         accelerometer_bias: result.errors.accelerometer_bias.into(),
-        accelerometer_bias_std: sigma(BIAS),
+        accelerometer_bias_std: ACCELEROMETER_BIAS.map(sigma),
         gyroscope_matrix: row_major(&result.errors.gyroscope_matrix),
-        gyroscope_matrix_std: [unknown; 9],
+        gyroscope_matrix_std: [NOT_KNOWN; 9],
         accelerometer_matrix: row_major(&result.errors.accelerometer_matrix),
-        accelerometer_matrix_std: [unknown; 9],
+        accelerometer_matrix_std: [NOT_KNOWN; 9],
         attitude: result.attitude.into(),
-        attitude_covariance: row_major(&misalignment.into_owned()),
+        attitude_covariance: row_major(&misalignment),
         latitude_deg: result.position.latitude_rad.to_degrees(),
         longitude_deg: result.position.longitude_rad.to_degrees(),
         height_m: result.position.height_m,
-        state_names: STATE_NAMES.map(str::to_owned).to_vec(),
-        covariance: all_rows(&result.covariance),
+        state_names: names(result.covariance.states()),
+        covariance: result.covariance.row_major(),
         phase: phase_number(result.phase),
-        nis_mean: estimate.map_or(unknown, |estimate| estimate.innovations.window_mean),
+        nis_mean: estimate.map_or(NOT_KNOWN, |estimate| estimate.innovations.window_mean),
         samples: result.samples,
         gaps: result.gaps,
-        duration: estimate.map_or(unknown, |estimate| estimate.duration_s),
+        duration: estimate.map_or(NOT_KNOWN, |estimate| estimate.duration_s),
         source: source.to_owned(),
     }
 }
@@ -158,18 +156,22 @@ pub fn refusal(fix: &NavSatFix) -> Option<(&'static str, String)> {
         })
 }
 
-fn all_rows(matrix: &StateMatrix) -> Vec<f64> {
-    matrix.transpose().as_slice().to_vec()
+fn names(states: &StateList) -> Vec<String> {
+    states.iter().map(str::to_owned).collect()
 }
 
 /// Holes and refusals, where there are any.
-fn losses(counts: &StreamCounts) -> String {
+fn losses(samples: &SampleReport) -> String {
+    let counts = &samples.counts;
     let mut text = String::new();
     if counts.gaps > 0 {
         let _ = write!(text, "; {} gaps, {} samples lost", counts.gaps, counts.lost);
     }
     if counts.refused() > 0 {
         let _ = write!(text, "; {} samples refused", counts.refused());
+    }
+    if let Some(left_out) = samples.measurements_left_out() {
+        let _ = write!(text, "; {left_out}");
     }
     text
 }
@@ -184,6 +186,6 @@ fn line(estimate: &Estimate) -> String {
         largest(estimate.gyroscope_drift_sigma()) / DEG_PER_HOUR,
         largest(estimate.accelerometer_bias_sigma()) / MICRO_G,
         estimate.misalignment_sigma().z / ARC_SECOND,
-        losses(&estimate.samples.counts)
+        losses(&estimate.samples)
     )
 }

@@ -9,7 +9,7 @@ use super::groups::table::TableEstimate;
 use super::kalman::{Kalman, ProcessNoise};
 use super::measurement::{Measurement, Outcome, Row, UpdateCounts};
 use super::model::{Model, Paper};
-use super::state::StateEstimate;
+use super::state::{NamedCovariance, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
@@ -481,14 +481,13 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     }
 
     /// State and covariance with their names.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] where a value is not finite.
-    pub fn estimate(&self) -> Result<StateEstimate, Error> {
-        StateEstimate::new(
-            self.state().as_slice().to_vec(),
-            G::named(self.kalman.covariance())?,
-        )
+    pub fn estimate(&self) -> StateEstimate {
+        StateEstimate::of_filter(G::LIST, &self.state(), self.kalman.covariance())
+    }
+
+    /// Covariance with the names of the states.
+    pub fn named_covariance(&self) -> NamedCovariance {
+        NamedCovariance::of_filter(G::LIST, self.kalman.covariance())
     }
 }
 

@@ -162,6 +162,19 @@ impl UpdateCounts {
     }
 }
 
+impl std::ops::Add for UpdateCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            accepted: self.accepted + other.accepted,
+            gated: self.gated + other.gated,
+            singular: self.singular + other.singular,
+            refused: self.refused + other.refused,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

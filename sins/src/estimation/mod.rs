@@ -7,7 +7,6 @@
 #[cfg(test)]
 mod column_test;
 pub mod consistency;
-pub mod error_state;
 pub mod filter;
 pub mod group;
 pub mod groups;

@@ -16,7 +16,7 @@ use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
 use super::groups::table::{BaseAttitude, Table, TableEstimate};
 use super::groups::vertical::Vertical;
 use super::kalman::Dynamics;
-use super::state::{NamedCovariance, StateLabel};
+use super::state::{NamedCovariance, StateLabel, StateList};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
@@ -25,6 +25,8 @@ use crate::sensor::errors::SensorErrors;
 pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + PartialEq {
     /// Labels of the states, in their order.
     const STATES: [StateLabel; N];
+    /// The same, to be shared.
+    const LIST: &'static [StateLabel; N] = &Self::STATES;
     /// Row of the vertical velocity, where a vertical channel is among the groups.
     const VELOCITY_UP: Option<usize>;
     /// Whether a group gathers changes of rate and specific force.
@@ -58,6 +60,11 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
         Self::STATES.iter().position(|state| state.name == name)
     }
 
+    /// Whether a state of this name moves; the others are parameters of the sensors, which stand still or walk.
+    fn is_moving(name: &str) -> bool {
+        Self::STATES[..M].iter().any(|state| state.name == name)
+    }
+
     /// The diagonal P0 at a place.
     fn initial_covariance(&self, place: &NavigationState) -> SMatrix<f64, N, N> {
         let sigma = self.prior(place);
@@ -70,7 +77,7 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     /// As [`NamedCovariance::new`].
     fn named(covariance: &SMatrix<f64, N, N>) -> Result<NamedCovariance, Error> {
         NamedCovariance::new(
-            Self::STATES.iter().map(|state| state.name.into()).collect(),
+            StateList::labels(Self::LIST),
             nalgebra::DMatrix::from_column_slice(N, N, covariance.as_slice()),
         )
     }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3};
 
 use crate::earth::LocalEarth;
 use crate::earth::rotation::base_link_to_block;
-use crate::estimation::error_state::{LATITUDE, LONGITUDE, MISALIGNMENT, STATES, VELOCITY};
+use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
 use crate::machines::navigator::Solution;
 use crate::table::{JointSample, Turntable};
 
@@ -21,14 +21,23 @@ pub fn pose_covariance(solution: &Solution) -> Matrix6<f64> {
         navigation.position.latitude_rad,
         navigation.position.height_m,
     );
-    let mut jacobian = SMatrix::<f64, 6, STATES>::zeros();
-    jacobian[(0, LONGITUDE)] = earth.transverse_radius_m * earth.cos_latitude;
-    jacobian[(1, LATITUDE)] = earth.meridian_radius_m;
+    let [latitude, longitude] = POSITION;
+    let [east, north, up] = MISALIGNMENT;
+    let pose = [longitude, latitude, east, north, up];
+    let mut jacobian = SMatrix::<f64, 6, 5>::zeros();
+    jacobian[(0, 0)] = earth.transverse_radius_m * earth.cos_latitude;
+    jacobian[(1, 1)] = earth.meridian_radius_m;
     for axis in 0..3 {
-        jacobian[(3 + axis, MISALIGNMENT + axis)] = -1.0;
+        jacobian[(3 + axis, 2 + axis)] = -1.0;
     }
-    let mut covariance = jacobian * solution.covariance * jacobian.transpose();
+    let known = solution.covariance.block_or(&pose, 0.0);
+    let mut covariance = jacobian * known * jacobian.transpose();
     covariance[(2, 2)] = UNKNOWN_VARIANCE;
+    for (axis, name) in [0, 1, 3, 4, 5].into_iter().zip(pose) {
+        if solution.covariance.position(name).is_none() {
+            covariance[(axis, axis)] = UNKNOWN_VARIANCE;
+        }
+    }
     covariance
 }
 
@@ -68,7 +77,7 @@ pub fn vehicle_motion(
     let mut level = Matrix3::zeros();
     level
         .fixed_view_mut::<2, 2>(0, 0)
-        .copy_from(&solution.covariance.fixed_view::<2, 2>(VELOCITY, VELOCITY));
+        .copy_from(&solution.covariance.block_or(&VELOCITY, UNKNOWN_VARIANCE));
     let turn = to_vehicle.to_rotation_matrix();
     let mut velocity_covariance = turn * level * turn.transpose();
     velocity_covariance[(2, 2)] += UNKNOWN_VARIANCE;
@@ -90,10 +99,11 @@ pub fn vehicle_motion(
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::earth::Position;
     use crate::earth::rotation::HeadingPitchRoll;
-    use crate::estimation::error_state::StateMatrix;
+    use crate::estimation::state::NamedCovariance;
     use crate::mechanization::strapdown::NavigationState;
     use crate::time::Stamp;
 
@@ -119,7 +129,14 @@ mod tests {
             base_link: ship * base_link_to_block(),
             angular_rate: rate,
             specific_force: Vector3::zeros(),
-            covariance: StateMatrix::from_diagonal_element(4.0),
+            covariance: NamedCovariance::from_sigmas(
+                POSITION
+                    .into_iter()
+                    .chain(VELOCITY)
+                    .chain(MISALIGNMENT)
+                    .map(|name| (name, 2.0)),
+            )
+            .unwrap(),
         }
     }
 

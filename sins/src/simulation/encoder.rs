@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{Stream, generator};
 use crate::error::Error;
 use crate::range;
-use crate::table::JointSample;
+use crate::table::{JointSample, TableErrors};
 
 /// What is wrong with the encoders. By default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,15 +23,16 @@ pub struct EncoderSettings {
 #[derive(Clone, Debug)]
 pub struct Encoder {
     settings: EncoderSettings,
+    errors: TableErrors,
     generator: Xoshiro256PlusPlus,
 }
 
 impl Encoder {
-    /// Encoders with these errors and this seed of their noise.
+    /// Encoders with this noise and its seed, on a table with these errors.
     ///
     /// # Errors
     /// [`Error::Setting`] where a value is negative or not finite.
-    pub fn new(settings: EncoderSettings, seed: u64) -> Result<Self, Error> {
+    pub fn new(settings: EncoderSettings, errors: TableErrors, seed: u64) -> Result<Self, Error> {
         for (name, value) in [
             ("encoder resolution [rad]", settings.resolution_rad),
             ("encoder noise [rad]", settings.position_std_rad),
@@ -41,6 +42,7 @@ impl Encoder {
         }
         Ok(Self {
             settings,
+            errors,
             generator: generator(seed, Stream::Encoder),
         })
     }
@@ -53,6 +55,11 @@ impl Encoder {
             rate_std_rad_s,
         } = self.settings;
         let mut sample = *truth;
+        if !self.errors.is_zero() {
+            sample.position = self.errors.readings(truth.position);
+            let slopes = self.errors.reading_slopes(truth.position);
+            sample.velocity = [0, 1].map(|joint| truth.velocity[joint] * slopes[joint]);
+        }
         for joint in 0..2 {
             if position_std_rad > 0.0 {
                 sample.position[joint] += position_std_rad * self.normal();
@@ -89,7 +96,7 @@ mod tests {
     #[test]
     fn errors_are_as_set() {
         assert_eq!(
-            Encoder::new(EncoderSettings::default(), 1)
+            Encoder::new(EncoderSettings::default(), TableErrors::default(), 1)
                 .unwrap()
                 .read(&TRUTH),
             TRUTH
@@ -98,13 +105,16 @@ mod tests {
             resolution_rad: 0.3,
             ..EncoderSettings::default()
         };
-        let position = Encoder::new(rounded, 1).unwrap().read(&TRUTH).position;
+        let position = Encoder::new(rounded, TableErrors::default(), 1)
+            .unwrap()
+            .read(&TRUTH)
+            .position;
         assert!((position[0] - 0.9).abs() < 1e-12 && (position[1] + 2.1).abs() < 1e-12);
         let noisy = EncoderSettings {
             position_std_rad: 1e-3,
             ..EncoderSettings::default()
         };
-        let mut encoder = Encoder::new(noisy, 1).unwrap();
+        let mut encoder = Encoder::new(noisy, TableErrors::default(), 1).unwrap();
         let square: f64 = (0..10_000)
             .map(|_| (encoder.read(&TRUTH).position[0] - 1.0).powi(2))
             .sum();
@@ -115,9 +125,25 @@ mod tests {
                     resolution_rad: -1.0,
                     ..EncoderSettings::default()
                 },
+                TableErrors::default(),
                 1
             )
             .is_err()
         );
+    }
+    /// Zeros and eccentricities are read, and the rate is that of the reading.
+    #[test]
+    fn readings_are_those_of_the_table() {
+        let errors = TableErrors {
+            encoder_zero_inner_rad: 1e-4,
+            encoder_eccentricity_outer_rad: [2e-4, -1e-4],
+            ..TableErrors::default()
+        };
+        let mut encoder = Encoder::new(EncoderSettings::default(), errors, 1).unwrap();
+        let read = encoder.read(&TRUTH);
+        let (sin, cos) = 1f64.sin_cos();
+        assert!((read.position[0] - 1.0 - 2e-4 * sin + 1e-4 * cos).abs() < 1e-15);
+        assert!((read.position[1] + 2.0 - 1e-4).abs() < 1e-15);
+        assert!((read.velocity[0] / 0.1 - 1.0 - 2e-4 * cos - 1e-4 * sin).abs() < 1e-14);
     }
 }

@@ -9,23 +9,26 @@
 //! same samples to the last bit, and another encoder does not change the noise of the IMU.
 
 mod aiding;
+mod block;
 mod encoder;
-mod imu_errors;
+mod imu;
 mod plant;
 mod readings;
 mod run;
 mod ship;
 mod simulator;
 mod table;
+mod truth;
 
-pub use aiding::{Aiding, AidingSettings, PositionFix, VelocityFix};
+pub use aiding::{Aiding, AidingSettings, PositionFix, TimeWindow, VelocityFix};
 pub use encoder::{Encoder, EncoderSettings};
-pub use imu_errors::{ImuErrorSettings, ImuErrors, NoiseReading};
-pub use plant::{Plant, PlantSettings, TruthSample};
+pub use imu::{ImuErrorSettings, ImuErrors, NoiseReading, OutputSettings, Wandering};
+pub use plant::{Plant, PlantSettings};
 pub use run::Run;
-pub use ship::{Ship, ShipState};
+pub use ship::{Course, Hull, MotionSettings, Ship, ShipMotion, ShipState, Swing, WaveSystem};
 pub use simulator::{Simulator, SimulatorSettings, Tick};
 pub use table::{Table, TableSettings};
+pub use truth::{AccelerometerTruth, TruthSample};
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -37,6 +40,10 @@ enum Stream {
     Encoder = 1,
     Position = 2,
     Velocity = 3,
+    Sea = 4,
+    Walk = 5,
+    Stamp = 6,
+    Outlier = 7,
 }
 
 /// The generator of one sensor: streams of one seed are 2^128 numbers apart.

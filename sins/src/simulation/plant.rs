@@ -1,21 +1,20 @@
 //! The truth: ship and table, and what a perfect IMU on the table feels.
 //!
-//! Frames: n East-North-Up, v the ship, b the block. With the table's attitude `R(θ) = C_b^v`,
+//! Frames: n East-North-Up, v the ship, b the block. What the block feels at a moment is in [`block`](super::block).
 //!
-//! ```text
-//! ω_ib^b = R(θ)ᵀ ω_iv^v + ω_vb^b(θ, θ̇)        f^b = R(θ)ᵀ f^v
-//! ```
-//!
-//! A sample is the average of both over the sampling interval, (1/dt)∫ω_ib^b dt and (1/dt)∫f^b dt, in the rotating axes of the
-//! block, by Gauss-Legendre quadrature of five nodes between the moments at which the acceleration of a joint changes. There the integrand is
+//! A sample is the average over the sampling interval, (1/dt)∫ω_ib^b dt, (1/dt)∫f^b dt and what else a sensor feels, in the
+//! rotating axes of the block, by Gauss-Legendre quadrature of five nodes between the moments at which the acceleration of a joint changes. There the integrand is
 //! smooth, and the rule is exact to rounding (an interval of 0.1 s at 60 deg/s leaves less than 1e-15).
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{Cadence, Ship, ShipState, Table, TableSettings};
+use super::block::Mount;
+use super::truth::{Averages, TruthSample};
+use super::{Cadence, MotionSettings, Ship, ShipMotion, ShipState, Table, TableSettings};
 use crate::error::Error;
-use crate::table::{JointSample, JointState, Trajectory, Turntable};
-use crate::time::Stamp;
+use crate::range;
+use crate::table::{JointSample, JointState, TableErrors, Trajectory, Turntable};
+use crate::time::{Stamp, seconds_to_nanos};
 
 /// Nodes and weights of the Gauss-Legendre rule of five nodes on −1..1.
 const GAUSS_LEGENDRE: [(f64, f64); 5] = [
@@ -26,15 +25,36 @@ const GAUSS_LEGENDRE: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
+/// Nodes and weights of the rule of three nodes, for a ship that moves: over 50 ms the sea leaves less than 1e-12 of it.
+const GAUSS_LEGENDRE_OF_THREE: [(f64, f64); 3] = [
+    (-0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+    (0.0, 0.888_888_888_888_888_8),
+    (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
+];
+/// Up to this length of an interval three nodes are enough \[s\].
+const SHORT_INTERVAL_S: f64 = 0.05;
+/// Accelerometers cannot be later than this \[s\].
+const LONGEST_DELAY_S: f64 = 0.1;
+
 /// Where the plant is and what it is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlantSettings {
-    /// The ship.
+    /// The ship: where she lies and how.
     pub ship: Ship,
+    /// How she moves about that, or from there. By default not at all.
+    pub motion: MotionSettings,
+    /// Decides the sea.
+    pub motion_seed: u64,
     /// Axes of the table.
     pub turntable: Turntable,
     /// Drives of the table.
     pub table: TableSettings,
+    /// What is wrong with its axes and encoders.
+    pub table_errors: TableErrors,
+    /// How its structure bends: the block turns by d × u, u upwards in the block \[rad per g\].
+    pub flexing_rad_per_g: Vector3<f64>,
+    /// How late the accelerometers are against the gyroscopes \[s\].
+    pub accelerometer_delay_s: f64,
     /// Samples a second \[Hz\].
     pub imu_rate_hz: f64,
     /// Start of the first sampling interval.
@@ -45,40 +65,33 @@ impl Default for PlantSettings {
     fn default() -> Self {
         Self {
             ship: Ship::default(),
+            motion: MotionSettings::default(),
+            motion_seed: 1,
             turntable: Turntable::default(),
             table: TableSettings::default(),
+            table_errors: TableErrors::default(),
+            flexing_rad_per_g: Vector3::zeros(),
+            accelerometer_delay_s: 0.0,
             imu_rate_hz: 100.0,
             start: Stamp::default(),
         }
     }
 }
 
-/// What is true of one sampling interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TruthSample {
-    /// End of the interval.
-    pub stamp: Stamp,
-    /// Length of the interval \[ns\].
-    pub interval_nanos: i64,
-    /// Average of ω_ib^b over the interval \[rad/s\].
-    pub angular_rate: Vector3<f64>,
-    /// Average of f^b over the interval \[m/s²\].
-    pub specific_force: Vector3<f64>,
-    /// Joints at the end of the interval.
-    pub joints: JointSample,
-}
-
 /// Ship and table, stepped at the rate of the IMU.
 #[derive(Clone, Debug)]
 pub struct Plant {
     settings: PlantSettings,
+    mount: Mount,
+    motion: ShipMotion,
+    delay_nanos: i64,
     cadence: Cadence,
     table: Table,
     ship: ShipState,
     steps: u64,
     now: Stamp,
-    /// Average rate and force while nothing moves; `None` after a motion.
-    resting: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// What the block feels while nothing moves; `None` after a motion.
+    resting: Option<Averages>,
     breaks: Vec<i64>,
 }
 
@@ -88,13 +101,34 @@ impl Plant {
     /// # Errors
     /// [`Error::Setting`] where a setting means nothing.
     pub fn new(settings: PlantSettings) -> Result<Self, Error> {
-        settings.ship.validate()?;
+        let motion = ShipMotion::new(settings.ship, settings.motion, settings.motion_seed)?;
         Turntable::new(settings.turntable.outer, settings.turntable.inner)?;
+        for error in settings.table_errors.values() {
+            range::within("error of the table [rad]", error, 0.1)?;
+        }
+        for bend in &settings.flexing_rad_per_g {
+            range::within("flexing [rad per g]", *bend, 0.1)?;
+        }
+        let delay_s = settings.accelerometer_delay_s;
+        if !(0.0..=LONGEST_DELAY_S).contains(&delay_s) {
+            return Err(Error::setting(
+                "delay of the accelerometers [s]",
+                delay_s,
+                format!("0 to {LONGEST_DELAY_S}"),
+            ));
+        }
         Ok(Self {
-            settings,
+            mount: Mount {
+                turntable: settings.turntable,
+                errors: settings.table_errors,
+                flexing_rad_per_g: settings.flexing_rad_per_g,
+            },
+            delay_nanos: seconds_to_nanos(delay_s),
             cadence: Cadence::new("IMU rate [Hz]", settings.imu_rate_hz, 10_000.0)?,
             table: Table::new(settings.table, settings.start)?,
-            ship: settings.ship.at(0.0),
+            ship: motion.at(0.0),
+            motion,
+            settings,
             steps: 0,
             now: settings.start,
             resting: None,
@@ -124,7 +158,17 @@ impl Plant {
         &self.ship
     }
 
-    /// Angles and rates of the joints, now.
+    /// How the ship moves, at any time since the start.
+    pub fn motion(&self) -> &ShipMotion {
+        &self.motion
+    }
+
+    /// Seconds since the start.
+    pub fn elapsed_s(&self) -> f64 {
+        self.now.seconds_since(self.settings.start)
+    }
+
+    /// Angles and rates of the joints, now, where they truly stand.
     pub fn joints(&self) -> JointSample {
         let JointState { position, velocity } = self.table.state(self.now);
         JointSample {
@@ -136,15 +180,16 @@ impl Plant {
 
     /// Turns b into n (East-North-Up), now.
     pub fn attitude(&self) -> UnitQuaternion<f64> {
-        self.ship.attitude * self.settings.turntable.attitude(self.joints().position)
+        self.ship.attitude * self.mount.attitude(&self.ship, self.joints().position)
     }
 
     /// Rate of the block over the ship, in b, now \[rad/s\].
     pub fn block_rate(&self) -> Vector3<f64> {
-        let joints = self.joints();
-        self.settings
-            .turntable
-            .body_rate(joints.position, joints.velocity)
+        let JointSample {
+            position, velocity, ..
+        } = self.joints();
+        self.mount
+            .rate_over_ship(&self.ship, JointState { position, velocity })
     }
 
     /// Angles and rates that the joints should have now by the motion they were told.
@@ -169,33 +214,44 @@ impl Plant {
         let from = self.now;
         let to = self.next_stamp();
         self.steps += 1;
-        let (angular_rate, specific_force) =
-            if self.settings.ship.is_at_rest() && self.table.rests(from, to) {
-                *self.resting.get_or_insert_with(|| {
-                    block_feels(&self.settings, &self.ship, self.table.state(from))
-                })
+        let late = self.delay_nanos;
+        let (gyroscopes, accelerometers) =
+            if self.motion.is_at_rest() && self.table.rests(from.plus_nanos(-late), to) {
+                let resting = *self.resting.get_or_insert_with(|| {
+                    let joints = self.table.state(from);
+                    Averages::of(&self.mount.felt(&self.ship, joints, [0.0; 2]))
+                });
+                (resting, resting)
             } else {
                 self.resting = None;
-                self.average(from, to)
+                let gyroscopes = self.average(from, to);
+                let accelerometers = if late == 0 {
+                    gyroscopes
+                } else {
+                    self.average(from.plus_nanos(-late), to.plus_nanos(-late))
+                };
+                (gyroscopes, accelerometers)
             };
         self.now = to;
         self.table.advance(to);
-        if !self.settings.ship.is_at_rest() {
-            self.ship = self.settings.ship.at(to.seconds_since(self.settings.start));
+        if !self.motion.is_at_rest() {
+            self.ship = self.motion.at(to.seconds_since(self.settings.start));
         }
-        TruthSample {
-            stamp: to,
-            interval_nanos: to.nanos() - from.nanos(),
-            angular_rate,
-            specific_force,
-            joints: self.joints(),
-        }
+        let interval_nanos = to.nanos() - from.nanos();
+        gyroscopes.sample(&accelerometers, to, interval_nanos, self.joints())
     }
 
-    fn average(&mut self, from: Stamp, to: Stamp) -> (Vector3<f64>, Vector3<f64>) {
+    fn average(&mut self, from: Stamp, to: Stamp) -> Averages {
+        let interval_s = to.seconds_since(from);
+        let still = self.motion.is_at_rest();
+        let nodes: &[(f64, f64)] = if still || interval_s > SHORT_INTERVAL_S {
+            &GAUSS_LEGENDRE
+        } else {
+            &GAUSS_LEGENDRE_OF_THREE
+        };
         let mut breaks = std::mem::take(&mut self.breaks);
         self.table.breaks(from, to, &mut breaks);
-        let (mut rate, mut force) = (Vector3::zeros(), Vector3::zeros());
+        let mut sums = Averages::default();
         for piece in breaks.windows(2) {
             let begin = from.plus_nanos(piece[0]);
             let half_s = (piece[1] - piece[0]) as f64 * 0.5e-9;
@@ -203,40 +259,28 @@ impl Plant {
             let Some((cubic, into_s)) = self.table.piece(begin) else {
                 continue;
             };
-            for (node, weight) in GAUSS_LEGENDRE {
+            for (node, weight) in nodes {
                 let after_s = half_s * (1.0 + node);
                 let moving_ship;
-                let ship = if self.settings.ship.is_at_rest() {
+                let ship = if still {
                     &self.ship
                 } else {
-                    moving_ship = self.settings.ship.at(since_start_s + after_s);
+                    moving_ship = self.motion.at(since_start_s + after_s);
                     &moving_ship
                 };
-                let (omega, f) = block_feels(&self.settings, ship, cubic.at(into_s + after_s));
-                rate += omega * (weight * half_s);
-                force += f * (weight * half_s);
+                let (joints, accelerations) = (
+                    cubic.at(into_s + after_s),
+                    cubic.acceleration(into_s + after_s),
+                );
+                sums.add(
+                    &self.mount.felt(ship, joints, accelerations),
+                    weight * half_s,
+                );
             }
         }
         self.breaks = breaks;
-        let dt = to.seconds_since(from);
-        (rate / dt, force / dt)
+        sums.over(interval_s)
     }
-}
-
-/// (ω_ib^b, f^b) at one moment.
-fn block_feels(
-    settings: &PlantSettings,
-    ship: &ShipState,
-    joints: JointState,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let to_block = settings.turntable.attitude(joints.position).inverse();
-    let turning = settings
-        .turntable
-        .body_rate(joints.position, joints.velocity);
-    (
-        to_block * ship.angular_rate + turning,
-        to_block * ship.specific_force,
-    )
 }
 
 #[cfg(test)]
@@ -309,15 +353,15 @@ mod tests {
                 let motion =
                     Trajectory::trapezoid(joint, from, 0.4, 5f64.to_radians(), 2.5f64.to_radians())
                         .unwrap();
-                let (ship, settings) = (*plant.ship(), *plant.settings());
+                let (ship, mount) = (*plant.ship(), plant.mount);
                 for k in 0..140 {
                     let sample = plant.step();
                     let (mut rate, mut force, n) = (Vector3::zeros(), Vector3::zeros(), 1000);
                     for i in 0..n {
                         let state = motion.at(k * 50_000_000 + i * 50_000 + 25_000).unwrap();
-                        let (w, f) = block_feels(&settings, &ship, state);
-                        rate += w / n as f64;
-                        force += f / n as f64;
+                        let felt = mount.felt(&ship, state, [0.0; 2]);
+                        rate += felt.rate / n as f64;
+                        force += felt.force / n as f64;
                     }
                     assert!((sample.angular_rate - rate).norm() < 1e-9, "sample {k}");
                     assert!((sample.specific_force - force).norm() < 1e-7, "sample {k}");

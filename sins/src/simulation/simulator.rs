@@ -5,6 +5,7 @@ use super::{
     PlantSettings, PositionFix, TruthSample, VelocityFix,
 };
 use crate::error::Error;
+use crate::sensor::SensorErrors;
 use crate::sensor::sample::ImuSample;
 use crate::table::{JointSample, Trajectory};
 use crate::time::Stamp;
@@ -73,8 +74,14 @@ impl Simulator {
     /// # Errors
     /// [`Error::Setting`] where a setting means nothing.
     pub fn new(settings: SimulatorSettings) -> Result<Self, Error> {
-        let plant = Plant::new(settings.plant)?;
-        let mut encoder = Encoder::new(settings.encoder, settings.seed)?;
+        // The plant makes what is the IMU's delay, and one seed decides all.
+        let plant = Plant::new(PlantSettings {
+            accelerometer_delay_s: settings.imu.errors.accelerometer_delay_s,
+            motion_seed: settings.seed,
+            ..settings.plant
+        })?;
+        let table_errors = settings.plant.table_errors;
+        let mut encoder = Encoder::new(settings.encoder, table_errors, settings.seed)?;
         let first_joints = encoder.read(&plant.joints());
         Ok(Self {
             plant,
@@ -115,9 +122,14 @@ impl Simulator {
         self.plant.next_stamp()
     }
 
-    /// The errors of the IMU.
+    /// The errors of the IMU as they were set.
     pub fn imu_errors(&self) -> &ImuErrorSettings {
         self.imu.settings()
+    }
+
+    /// The errors of the IMU as they stand now: drifts and biases may have walked.
+    pub fn sensor_errors(&self) -> SensorErrors {
+        self.imu.errors()
     }
 
     /// Hands a trajectory to the table; see [`Table::command`](super::Table::command).
@@ -137,7 +149,8 @@ impl Simulator {
         let origin = self.plant.settings().start.nanos();
         let from = self.plant.now().nanos() - origin;
         let truth = self.plant.step();
-        let (to, ship) = (truth.stamp.nanos() - origin, self.plant.ship());
+        let to = truth.stamp.nanos() - origin;
+        let (seconds, motion) = (self.plant.elapsed_s(), self.plant.motion());
         Tick {
             truth,
             imu: self.imu.measure(&truth),
@@ -148,11 +161,13 @@ impl Simulator {
             position: self
                 .position_cadence
                 .comes_in(from, to)
-                .then(|| self.aiding.position(truth.stamp, ship)),
+                .then(|| self.aiding.position(truth.stamp, seconds, motion))
+                .flatten(),
             velocity: self
                 .velocity_cadence
                 .comes_in(from, to)
-                .then(|| self.aiding.velocity(truth.stamp, ship)),
+                .then(|| self.aiding.velocity(truth.stamp, seconds, motion))
+                .flatten(),
         }
     }
 }

@@ -55,6 +55,8 @@ impl Motion {
 #[derive(Clone, Debug)]
 pub struct Table {
     settings: TableSettings,
+    /// What was under way before the active motion: sensors that are late still feel it.
+    previous: Option<Motion>,
     active: Motion,
     pending: Option<Motion>,
 }
@@ -85,6 +87,7 @@ impl Table {
         rest.validate(settings.max_rate_rad_s)?;
         Ok(Self {
             settings,
+            previous: None,
             active: Motion {
                 start: now,
                 planned: rest.clone(),
@@ -108,11 +111,11 @@ impl Table {
     ) -> Result<Stamp, Error> {
         if trajectory.points.is_empty() {
             let stop = Trajectory::stop(self.state(now), self.settings.stop_deceleration_rad_s2)?;
-            self.active = Motion {
+            self.begin(Motion {
                 start: now,
                 planned: stop.clone(),
                 trajectory: stop,
-            };
+            });
             self.pending = None;
             return Ok(now);
         }
@@ -155,14 +158,15 @@ impl Table {
             planned,
         };
         if start <= now {
-            (self.active, self.pending) = (motion, None);
+            self.begin(motion);
+            self.pending = None;
         } else {
             self.pending = Some(motion);
         }
         Ok(start)
     }
 
-    /// Angles and rates at `at`, which is not before the last [`Table::advance`].
+    /// Angles and rates at `at`, which is not before the start of the motion before the active one.
     pub fn state(&self, at: Stamp) -> JointState {
         state_of(self.motion(at), at)
     }
@@ -176,7 +180,9 @@ impl Table {
 
     /// Whether no joint moves between `from` and `to`.
     pub fn rests(&self, from: Stamp, to: Stamp) -> bool {
-        self.active.end() <= from && self.pending.as_ref().is_none_or(|p| p.start >= to)
+        self.active.start <= from
+            && self.active.end() <= from
+            && self.pending.as_ref().is_none_or(|p| p.start >= to)
     }
 
     /// The smooth pieces between `from` and `to`: moments \[ns after `from`\] at which the acceleration changes, both ends
@@ -197,6 +203,9 @@ impl Table {
                     .filter(|t| *t > 0 && *t < to.nanos() - from.nanos()),
             );
         };
+        if let Some(previous) = self.previous.as_ref().filter(|_| self.active.start > from) {
+            add(previous);
+        }
         add(&self.active);
         if let Some(pending) = &self.pending {
             add(pending);
@@ -219,15 +228,20 @@ impl Table {
     /// Lets a waiting motion take over when `now` has reached its start.
     pub fn advance(&mut self, now: Stamp) {
         if let Some(pending) = self.pending.take_if(|p| p.start <= now) {
-            self.active = pending;
+            self.begin(pending);
         }
     }
 
+    fn begin(&mut self, motion: Motion) {
+        self.previous = Some(std::mem::replace(&mut self.active, motion));
+    }
+
     fn motion(&self, at: Stamp) -> &Motion {
-        self.pending
-            .as_ref()
-            .filter(|p| p.start <= at)
-            .unwrap_or(&self.active)
+        if let Some(pending) = self.pending.as_ref().filter(|p| p.start <= at) {
+            return pending;
+        }
+        let previous = self.previous.as_ref().filter(|_| at < self.active.start);
+        previous.unwrap_or(&self.active)
     }
 }
 
@@ -336,6 +350,22 @@ mod tests {
             .unwrap();
         assert_eq!(table.state(at(0.0)).position[0], 0.0);
         assert!((table.state(at(100.0)).position[0] - 1e-4 - 10f64.to_radians()).abs() < 1e-12);
+    }
+
+    /// A moment before the stop is that of the motion that was under way then, for sensors that are late.
+    #[test]
+    fn the_motion_before_is_remembered() {
+        let mut table = table();
+        table.command(at(0.0), None, &turn([0.0; 2], 90.0)).unwrap();
+        let before = table.state(at(6.9));
+        table
+            .command(at(7.0), None, &Trajectory::default())
+            .unwrap();
+        assert_eq!(table.state(at(6.9)), before);
+        let mut breaks = Vec::new();
+        table.breaks(at(6.9), at(7.1), &mut breaks);
+        assert_eq!(breaks, [0, 100_000_000, 200_000_000]);
+        assert!(!table.rests(at(6.9), at(100.0)));
     }
 
     /// A stuck joint stays, the other goes, and the plan is what was commanded.

@@ -76,6 +76,29 @@ impl TableErrors {
         *self == Self::default()
     }
 
+    /// All of them, as the fields are named \[rad\].
+    pub fn values(&self) -> [f64; 9] {
+        let Self {
+            nonorthogonality_rad,
+            inner_axis_tilt_rad: [first, second],
+            encoder_zero_outer_rad,
+            encoder_zero_inner_rad,
+            encoder_eccentricity_outer_rad: [outer_sine, outer_cosine],
+            encoder_eccentricity_inner_rad: [inner_sine, inner_cosine],
+        } = *self;
+        [
+            nonorthogonality_rad,
+            first,
+            second,
+            encoder_zero_outer_rad,
+            encoder_zero_inner_rad,
+            outer_sine,
+            outer_cosine,
+            inner_sine,
+            inner_cosine,
+        ]
+    }
+
     /// The zero of each encoder, and sine and cosine of its eccentricity, outer first.
     fn encoders(&self) -> [(f64, [f64; 2]); 2] {
         [
@@ -98,6 +121,16 @@ impl TableErrors {
             *reading += zero + sine * sin + cosine * cos;
         }
         readings
+    }
+
+    /// By how much a reading grows where the true angle does, outer and inner \[rad/rad\].
+    pub fn reading_slopes(&self, angles: [f64; 2]) -> [f64; 2] {
+        let encoders = self.encoders();
+        [0, 1].map(|joint| {
+            let (sin, cos) = angles[joint].sin_cos();
+            let (_, [sine, cosine]) = encoders[joint];
+            1.0 + sine * cos - cosine * sin
+        })
     }
 
     /// The true angles (outer, inner) at which the encoders read `readings` \[rad\]. The eccentricity is below 0.1 rad.

@@ -91,6 +91,17 @@ impl Cubic {
         state
     }
 
+    /// Angular accelerations (outer, inner) `seconds` after the start of the piece \[rad/s²\].
+    pub fn acceleration(&self, seconds: f64) -> [f64; 2] {
+        let s = seconds / self.duration_s;
+        [0, 1].map(|joint| {
+            let mean = (self.to.position[joint] - self.from.position[joint]) / self.duration_s;
+            let (v0, v1) = (self.from.velocity[joint], self.to.velocity[joint]);
+            (6.0 * mean * (1.0 - 2.0 * s) + v0 * (6.0 * s - 4.0) + v1 * (6.0 * s - 2.0))
+                / self.duration_s
+        })
+    }
+
     /// Largest magnitude of a joint's rate on this piece \[rad/s\]: the rate is a parabola, so at an end or at its vertex.
     pub fn peak_rate(&self, joint: usize) -> f64 {
         let (v0, v1) = (self.from.velocity[joint], self.to.velocity[joint]);
@@ -367,6 +378,12 @@ mod tests {
         let cruise = t.at(5_000_000_000).unwrap();
         assert!((cruise.velocity[0] + RATE).abs() < 1e-14);
         assert!((cruise.position[0] + 0.5 * RATE * 2.0 + RATE * 3.0).abs() < 1e-14);
+        let acceleration = |nanos: i64| {
+            let piece = t.cubic(nanos).unwrap();
+            piece.acceleration((nanos - piece.start_nanos) as f64 * 1e-9)[0]
+        };
+        assert!((acceleration(700_000_000) + ACCELERATION).abs() < 1e-12);
+        assert!(acceleration(5_000_000_000).abs() < 1e-12);
     }
 
     /// A short turn never reaches the cruise rate: a triangle that stays below it.

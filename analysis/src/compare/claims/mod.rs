@@ -8,7 +8,8 @@
 mod cells;
 
 use sins::{
-    estimation::error_state::{BIAS, DRIFT, MISALIGNMENT},
+    estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+    estimation::groups::navigation::MISALIGNMENT,
     studies::observability::bound::BoundPoint,
     units::{DEG_PER_HOUR, MICRO_G, NAUTICAL_MILE_M},
 };
@@ -71,19 +72,21 @@ fn cells(
 }
 
 /// Sigma of a state at the end, in SI.
-fn end(bound: &[BoundPoint], state: usize) -> f64 {
-    bound.last().map_or(f64::NAN, |p| p.sigma[state])
+fn end(bound: &[BoundPoint], state: &str) -> f64 {
+    let end = bound.last().and_then(|point| point.sigma.value(state));
+    end.unwrap_or(f64::NAN)
 }
 
 /// The part of the first sigma of a state that is left at the end.
-fn left(bound: &[BoundPoint], state: usize) -> f64 {
-    end(bound, state) / bound[0].sigma[state]
+fn left(bound: &[BoundPoint], state: &str) -> f64 {
+    end(bound, state) / end(&bound[..1], state)
 }
 
 /// When all of `states` stay below `limit` \[h\]; NaN where never.
-fn settled_h(bound: &[BoundPoint], states: std::ops::Range<usize>, limit: f64) -> f64 {
+fn settled_h(bound: &[BoundPoint], states: &[&str], limit: f64) -> f64 {
     sins::studies::observability::bound::settled_s(bound, |sigma| {
-        states.clone().all(|state| sigma[state] < limit)
+        let below = |state: &&str| sigma.value(state).is_some_and(|sigma| sigma < limit);
+        states.iter().all(below)
     })
     .map_or(f64::NAN, |s| s / 3600.0)
 }
@@ -94,19 +97,20 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
     let bias = BIAS_FOUND_UG * MICRO_G;
     let at_rest =
         |judge: &dyn Fn(&[BoundPoint]) -> (f64, bool)| cells(campaign, Simulation::Static, judge);
-    let within = |states: std::ops::Range<usize>, limit: f64, hours: f64| {
+    let within = |states: &[&str], limit: f64, hours: f64| {
         cells(campaign, Simulation::Xy, |b| {
-            let t = settled_h(b, states.clone(), limit);
+            let t = settled_h(b, states, limit);
             (t, t <= hours)
         })
     };
     let hours = campaign.plan.hours;
+    let [ex, ey, ez] = GYROSCOPE_DRIFT;
     let mut claims = vec![
         Claim::new(
             "Static: of the drifts only εy is estimated, to about 0.002 deg/h",
             format!("sigma of εy after {hours} h in deg/h; holds up to {DRIFT_FOUND_DEG_H}"),
             "deg/h",
-            at_rest(&|b| (end(b, DRIFT + 1) / DEG_PER_HOUR, end(b, DRIFT + 1) <= drift)),
+            at_rest(&|b| (end(b, ey) / DEG_PER_HOUR, end(b, ey) <= drift)),
         ),
         Claim::new(
             "Static: εz is not restrained in 4 h",
@@ -114,7 +118,7 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
                 "part of the first sigma of εz left after {hours} h; holds above {NOT_ESTIMATED}"
             ),
             "of the first sigma",
-            at_rest(&|b| (left(b, DRIFT + 2), left(b, DRIFT + 2) > NOT_ESTIMATED)),
+            at_rest(&|b| (left(b, ez), left(b, ez) > NOT_ESTIMATED)),
         ),
         Claim::new(
             "Static: εx is not estimated",
@@ -122,7 +126,7 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
                 "part of the first sigma of εx left after {hours} h; holds above {NOT_ESTIMATED}"
             ),
             "of the first sigma",
-            at_rest(&|b| (left(b, DRIFT), left(b, DRIFT) > NOT_ESTIMATED)),
+            at_rest(&|b| (left(b, ex), left(b, ex) > NOT_ESTIMATED)),
         ),
         Claim::new(
             "Static: the accelerometer biases are not estimated",
@@ -131,8 +135,9 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
             ),
             "of the first sigma",
             at_rest(&|b| {
-                let least = (BIAS..DRIFT)
-                    .map(|i| left(b, i))
+                let least = ACCELEROMETER_BIAS
+                    .map(|state| left(b, state))
+                    .into_iter()
                     .fold(f64::INFINITY, f64::min);
                 (least, least > NOT_ESTIMATED)
             }),
@@ -141,7 +146,7 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
             "Eight positions x-y: the horizontal drifts εx, εy are found within 1 h",
             format!("time until both sigmas stay below {DRIFT_FOUND_DEG_H} deg/h; holds up to 1 h"),
             "h",
-            within(DRIFT..DRIFT + 2, drift, 1.0),
+            within(&GYROSCOPE_DRIFT[..2], drift, 1.0),
         ),
         Claim::new(
             "Eight positions x-y: the azimuth drift εz is found within 1.5 h",
@@ -149,13 +154,13 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
                 "time until its sigma stays below {DRIFT_FOUND_DEG_H} deg/h; holds up to 1.5 h"
             ),
             "h",
-            within(DRIFT + 2..DRIFT + 3, drift, 1.5),
+            within(&GYROSCOPE_DRIFT[2..], drift, 1.5),
         ),
         Claim::new(
             "Eight positions x-y: the accelerometer biases are found within 1 h",
             format!("time until all three sigmas stay below {BIAS_FOUND_UG} ug; holds up to 1 h"),
             "h",
-            within(BIAS..DRIFT, bias, 1.0),
+            within(&ACCELEROMETER_BIAS, bias, 1.0),
         ),
     ];
     claims.extend(better_than_yz(campaign));
@@ -165,18 +170,18 @@ pub fn claims(campaign: &Campaign) -> Vec<Claim> {
 
 /// x-y against y-z, state group by state group, on the default tables.
 fn better_than_yz(campaign: &Campaign) -> Vec<Claim> {
-    let groups: [(&str, std::ops::Range<usize>); 3] = [
-        ("azimuth misalignment", MISALIGNMENT + 2..BIAS),
-        ("drifts", DRIFT..DRIFT + 3),
-        ("accelerometer biases", BIAS..DRIFT),
+    let groups: [(&str, &[&str]); 3] = [
+        ("azimuth misalignment", &MISALIGNMENT[2..]),
+        ("drifts", &GYROSCOPE_DRIFT),
+        ("accelerometer biases", &ACCELEROMETER_BIAS),
     ];
     groups
         .into_iter()
         .map(|(name, states)| {
             let worst = |point: &SweepPoint| {
                 states
-                    .clone()
-                    .map(|i| end(&point.bound, i))
+                    .iter()
+                    .map(|state| end(&point.bound, state))
                     .fold(0.0, f64::max)
             };
             let mut cells = Vec::new();

@@ -1,10 +1,9 @@
 //! Mean NEES against time, and final sigmas against heading.
 
-use std::ops::Range;
-
 use report::{Axis, Figure, Line, Panel, Series};
 use sins::{
-    estimation::error_state::{BIAS, DRIFT, MISALIGNMENT},
+    estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+    estimation::groups::navigation::MISALIGNMENT,
     simulation::NoiseReading,
     studies::monte_carlo::mean_nees_bounds,
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
@@ -65,7 +64,7 @@ pub fn nees(campaign: &Campaign, reading: NoiseReading) -> Figure {
 
 /// Final sigma against heading, every scheme and gimbal order.
 pub fn heading_sweep(campaign: &Campaign, reading: NoiseReading) -> Figure {
-    let worst = |name: &str, unit: &str, states: Range<usize>, scale: f64| {
+    let worst = |name: &str, unit: &str, states: &[&str], scale: f64| {
         let mut panel = Panel::new("", Axis::new(name, unit)).log();
         let cases = campaign
             .cases
@@ -79,7 +78,8 @@ pub fn heading_sweep(campaign: &Campaign, reading: NoiseReading) -> Figure {
                 .filter(|p| p.case == case)
                 .map(|p| {
                     let end = p.bound.last().map_or(f64::NAN, |end| {
-                        states.clone().map(|i| end.sigma[i]).fold(0.0, f64::max)
+                        let sigmas = states.iter().filter_map(|state| end.sigma.value(state));
+                        sigmas.fold(0.0, f64::max)
                     });
                     (p.heading_deg, end / scale)
                 })
@@ -107,12 +107,12 @@ pub fn heading_sweep(campaign: &Campaign, reading: NoiseReading) -> Figure {
         campaign.plan.hours,
         reading.letter()
     ))
-    .panel(worst("σ φU", "arcsec", MISALIGNMENT + 2..BIAS, ARC_SECOND))
+    .panel(worst("σ φU", "arcsec", &MISALIGNMENT[2..], ARC_SECOND))
     .panel(worst(
         "worst σ of ε",
         "deg/h",
-        DRIFT..DRIFT + 3,
+        &GYROSCOPE_DRIFT,
         DEG_PER_HOUR,
     ))
-    .panel(worst("worst σ of ∇", "ug", BIAS..DRIFT, MICRO_G))
+    .panel(worst("worst σ of ∇", "ug", &ACCELEROMETER_BIAS, MICRO_G))
 }

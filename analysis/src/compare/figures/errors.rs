@@ -2,8 +2,7 @@
 
 use report::{Axis, Band, Figure, Line, Panel, Series};
 use sins::{
-    estimation::error_state::{MISALIGNMENT, STATE_LABELS},
-    simulation::NoiseReading,
+    estimation::state::StateValues, simulation::NoiseReading,
     studies::observability::bound::settled_s,
 };
 
@@ -34,21 +33,21 @@ pub fn errors(result: &CaseResult, group: &Group, campaign: &Campaign) -> Figure
         threshold_state(group),
         threshold_text(group),
     ));
-    for state in group.states.clone() {
-        let label = &STATE_LABELS[state];
-        let k = state - MISALIGNMENT;
+    for label in group.labels() {
+        let state = label.name;
+        let of = |values: &StateValues| values.value(state).unwrap_or(f64::NAN) / label.scale;
         let points = &result.statistics.points;
         let at = |time_s: f64| time_s / 3600.0;
         let band: Vec<_> = points
             .iter()
             .map(|p| {
-                let three = 3.0 * p.sigma()[k] / label.scale;
+                let three = 3.0 * of(&p.sigma());
                 (at(p.time_s), -three, three)
             })
             .collect();
         let rms: Vec<_> = points
             .iter()
-            .map(|p| (at(p.time_s), p.rms()[k] / label.scale))
+            .map(|p| (at(p.time_s), of(&p.rms())))
             .collect();
         let mut panel = Panel::new("", Axis::new(label.symbol, label.unit))
             .band(Band::new("±3σ of the filter", band).colour(0));
@@ -56,7 +55,7 @@ pub fn errors(result: &CaseResult, group: &Group, campaign: &Campaign) -> Figure
             let errors = points
                 .iter()
                 .zip(&trace.errors)
-                .map(|(p, e)| (at(p.time_s), e[k] / label.scale))
+                .map(|(p, e)| (at(p.time_s), of(e)))
                 .collect();
             panel = panel.series(
                 Series::new("single runs", errors)
@@ -66,7 +65,9 @@ pub fn errors(result: &CaseResult, group: &Group, campaign: &Campaign) -> Figure
         }
         panel = panel.series(Series::new("rms of all runs", rms).colour(2));
         if threshold_applies(group, state)
-            && let Some(settled) = settled_s(&result.bound, |s| s[state] < group.threshold)
+            && let Some(settled) = settled_s(&result.bound, |s| {
+                s.value(state).is_some_and(|sigma| sigma < group.threshold)
+            })
         {
             panel = panel.vertical(at(settled), format!("{:.2} h", at(settled)));
         }
@@ -88,15 +89,16 @@ pub fn sigmas(campaign: &Campaign, reading: NoiseReading, group: &Group) -> Figu
         campaign.plan.ship.heading_rad.to_degrees(),
         reading.letter()
     ));
-    for state in group.states.clone() {
-        let label = &STATE_LABELS[state];
+    for label in group.labels() {
+        let state = label.name;
+        let of = |values: &StateValues| values.value(state).unwrap_or(f64::NAN) / label.scale;
         let mut panel = Panel::new("", Axis::new(format!("σ {}", label.symbol), label.unit)).log();
         for (colour, result) in default_cases(campaign, reading).enumerate() {
             let points = result
                 .bound
                 .iter()
                 .step_by(6)
-                .map(|p| (p.time_s / 3600.0, p.sigma[state] / label.scale))
+                .map(|p| (p.time_s / 3600.0, of(&p.sigma)))
                 .collect();
             panel = panel.series(Series::new(result.case.simulation.name(), points).colour(colour));
         }

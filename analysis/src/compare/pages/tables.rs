@@ -2,8 +2,8 @@
 
 use report::{Cell, Table};
 use sins::{
-    estimation::error_state::{MISALIGNMENT, STATE_LABELS, STATES},
-    studies::monte_carlo::{Point, mean_nees_bounds},
+    estimation::state::StateValues,
+    studies::monte_carlo::{CALIBRATED, Point, mean_nees_bounds},
     units::NAUTICAL_MILE_M,
 };
 
@@ -40,11 +40,13 @@ pub fn end_table(result: &CaseResult, campaign: &Campaign) -> Table {
         return table;
     };
     let settled = settled_h(result);
-    for (k, label) in STATE_LABELS[MISALIGNMENT..STATES].iter().enumerate() {
-        let threshold = figures::GROUPS.iter().any(|g| {
-            g.states.contains(&(MISALIGNMENT + k))
-                && figures::threshold_applies(g, MISALIGNMENT + k)
-        });
+    let [rms, sigma, ratio] = [end.rms(), end.sigma(), end.rms_over_sigma()];
+    for (k, label) in CALIBRATED.iter().enumerate() {
+        let state = label.name;
+        let of = |values: &StateValues| values.value(state).unwrap_or(f64::NAN);
+        let threshold = figures::GROUPS
+            .iter()
+            .any(|g| g.states.contains(&state) && figures::threshold_applies(g, state));
         let found = match settled[k] {
             Some(hours) => Cell::number(format!("{hours:.2}")),
             None if threshold => Cell::Warn("not".to_owned()),
@@ -53,9 +55,9 @@ pub fn end_table(result: &CaseResult, campaign: &Campaign) -> Table {
         table = table.row([
             Cell::text(format!("{} {}", label.symbol, label.words)),
             Cell::text(label.unit),
-            Cell::number(significant(end.rms()[k] / label.scale)),
-            Cell::number(significant(end.sigma()[k] / label.scale)),
-            Cell::number(format!("{:.2}", end.rms_over_sigma()[k])),
+            Cell::number(significant(of(&rms) / label.scale)),
+            Cell::number(significant(of(&sigma) / label.scale)),
+            Cell::number(format!("{:.2}", of(&ratio))),
             found,
         ]);
     }

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use sins::estimation::groups::navigation::MISALIGNMENT;
 use sins::machines::self_calibration::Thresholds;
 
 /// Sigmas kept for the small curves.
@@ -147,13 +149,16 @@ pub fn sigmas(estimate: &SelfCalibrationEstimate) -> [f64; NINE] {
 
 /// The calibrator's default thresholds in the same order \[SI\]; infinite where none is asked for.
 pub fn thresholds() -> [f64; NINE] {
-    use sins::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT};
-    let sigma = Thresholds::default().sigma;
-    std::array::from_fn(|i| match i {
-        0..3 => sigma[MISALIGNMENT + i],
-        3..6 => sigma[DRIFT + i - 3],
-        _ => sigma[BIAS + i - 6],
-    })
+    let thresholds = Thresholds::default();
+    let mut all = [f64::INFINITY; NINE];
+    let names = MISALIGNMENT
+        .into_iter()
+        .chain(GYROSCOPE_DRIFT)
+        .chain(ACCELEROMETER_BIAS);
+    for (limit, name) in all.iter_mut().zip(names) {
+        *limit = thresholds.of(name).unwrap_or(f64::INFINITY);
+    }
+    all
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Navigator, NavigatorEvent, Stage};
 use crate::error::Error;
-use crate::estimation::error_state::{BIAS, DRIFT};
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::machines::self_calibration::{Calibration, Estimator, Event as AlignmentEvent};
 use crate::sensor::Increment;
 use crate::sensor::compensation::Compensation;
@@ -19,25 +19,22 @@ impl Navigator {
         calibration: &Calibration,
         compensation: &Compensation,
     ) -> Result<(), Error> {
-        let mut settings = self.settings.alignment;
-        let sigma = |start: usize, fallback: &Vector3<f64>| {
-            Vector3::from_fn(|i, _| {
-                let variance = calibration.covariance[(start + i, start + i)];
-                if variance > 0.0 {
-                    variance.sqrt()
-                } else {
-                    fallback[i]
-                }
+        let mut settings = self.settings.alignment.clone();
+        let sigma = |names: &[&str; 3], before: &Vector3<f64>| {
+            Vector3::from_fn(|axis, _| {
+                let sigma = calibration.covariance.sigma(names[axis]);
+                sigma.filter(|s| *s > 0.0).unwrap_or(before[axis])
             })
         };
         settings.prior.accelerometer_bias_m_s2 =
-            sigma(BIAS, &settings.prior.accelerometer_bias_m_s2);
-        settings.prior.gyroscope_drift_rad_s = sigma(DRIFT, &settings.prior.gyroscope_drift_rad_s);
-        let mut alignment = Estimator::new(&settings)?;
+            sigma(&ACCELEROMETER_BIAS, &settings.prior.accelerometer_bias_m_s2);
+        settings.prior.gyroscope_drift_rad_s =
+            sigma(&GYROSCOPE_DRIFT, &settings.prior.gyroscope_drift_rad_s);
+        let longest_s = settings.restart_gap_s;
+        let mut alignment = Estimator::new(settings)?;
         if let Some(fix) = self.position {
             alignment.take_position(fix);
         }
-        let longest_s = settings.restart_gap_s;
         for (sample, interval) in &self.history {
             take_compensated(
                 &mut alignment,
@@ -91,7 +88,7 @@ impl Navigator {
             estimate.gyroscope_drift() + errors.gyroscope_matrix * estimate.gyroscope_drift();
         errors.accelerometer_bias += estimate.accelerometer_bias()
             + errors.accelerometer_matrix * estimate.accelerometer_bias();
-        match self.channels(estimate.navigation, &errors, &estimate.covariance) {
+        match self.channels(estimate.navigation, &errors, estimate.covariance()) {
             Ok(channels) => self.stage = Stage::Navigating(channels),
             Err(error) => self.fail(sample.stamp, &error),
         }

@@ -3,7 +3,7 @@
 //! Both solutions start from the same attitude and run the same mechanization; the one takes the calibrated sensor errors
 //! out of every sample, the other does not (the paper's Figure 14). The start is the attitude that came with the
 //! calibration where the samples since then are still at hand, and otherwise an alignment of its own on compensated samples.
-//! The covariance of each solution is that of the 13-state error model, propagated without updates.
+//! The covariance of each solution is that of the paper's error model, propagated without updates.
 //!
 //! A hole in the samples under way is no reason to align as if she were moored: the solutions keep course and speed, and their
 //! covariance grows. Only a clock that is set back, or a hole longer than [`NavigatorSettings::longest_hole_s`], begins an
@@ -60,7 +60,7 @@ impl Stage {
 /// ```
 /// use nalgebra::UnitQuaternion;
 /// use sins::earth::{LocalEarth, Position};
-/// use sins::estimation::error_state::StateMatrix;
+/// use sins::estimation::state::NamedCovariance;
 /// use sins::machines::navigator::{Navigator, NavigatorEvent, NavigatorSettings};
 /// use sins::machines::self_calibration::{Calibration, Phase};
 /// use sins::sensor::{ImuSample, SensorErrors};
@@ -79,7 +79,7 @@ impl Stage {
 ///             errors: SensorErrors::default(),
 ///             attitude: UnitQuaternion::identity(),
 ///             position: place,
-///             covariance: StateMatrix::zeros(),
+///             covariance: NamedCovariance::from_sigmas([("gyroscope_drift_x_rad_s", 1e-9)])?,
 ///             samples: 1_440_000,
 ///             gaps: 0,
 ///         })?;

@@ -5,7 +5,7 @@ use crate::machines::self_calibration::Settings;
 use crate::stream::StreamSettings;
 
 /// Settings of the navigator.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NavigatorSettings {
     /// Settings of its own alignment (prior, coarse alignment, noise, table, longest bridge over a hole).
     pub alignment: Settings,

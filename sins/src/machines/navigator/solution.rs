@@ -5,9 +5,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::{Navigator, Stage};
 use crate::earth::rotation::base_link_to_block;
 use crate::error::Error;
-use crate::estimation::error_state::StateMatrix;
 use crate::estimation::filter::Loop;
 use crate::estimation::model::{Model, Paper, PaperFilter};
+use crate::estimation::state::NamedCovariance;
 use crate::machines::self_calibration::default_noise;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
@@ -20,7 +20,7 @@ use crate::time::Stamp;
 const COVARIANCE_STEP_S: f64 = 1.0;
 
 /// One solution at the time of a sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// Attitude of the block (b to n), velocity, position.
     pub navigation: NavigationState,
@@ -30,12 +30,12 @@ pub struct Solution {
     pub angular_rate: Vector3<f64>,
     /// Specific force, block axes \[m/s²\].
     pub specific_force: Vector3<f64>,
-    /// Covariance of the thirteen states at the last covariance step (at most a second ago).
-    pub covariance: StateMatrix,
+    /// Covariance of the filter's states at the last covariance step (at most a second ago).
+    pub covariance: NamedCovariance,
 }
 
 /// Both solutions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NavigatorOutput {
     /// Time of the sample.
     pub stamp: Stamp,
@@ -49,6 +49,8 @@ pub struct NavigatorOutput {
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
     pub(super) filter: PaperFilter,
+    /// That of the filter, shared by the solutions until the next step.
+    covariance: NamedCovariance,
 }
 
 impl Channel {
@@ -57,14 +59,23 @@ impl Channel {
         interval: &Interval,
         passage: Option<&Passage>,
     ) -> Result<(), Error> {
+        let mut changed = passage.is_some();
         match passage {
-            Some(Passage::Held(crossing)) => return self.filter.cross(crossing),
+            Some(Passage::Held(crossing)) => {
+                self.filter.cross(crossing)?;
+                self.covariance = self.filter.named_covariance();
+                return Ok(());
+            }
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(*angle, *velocity),
             None => {}
         }
         self.filter.propagate(&interval.increment);
         if self.filter.pending_s() >= COVARIANCE_STEP_S {
             self.filter.step()?;
+            changed = true;
+        }
+        if changed {
+            self.covariance = self.filter.named_covariance();
         }
         Ok(())
     }
@@ -80,7 +91,7 @@ impl Channel {
             base_link: navigation.attitude * table.inverse() * base_link_to_block(),
             angular_rate,
             specific_force,
-            covariance: *self.filter.covariance(),
+            covariance: self.covariance.clone(),
         }
     }
 }
@@ -103,27 +114,23 @@ impl Navigator {
         &self,
         start: NavigationState,
         errors: &SensorErrors,
-        covariance: &StateMatrix,
+        covariance: &NamedCovariance,
     ) -> Result<Box<[Channel; 2]>, Error> {
         let noise = self.noise();
         let model = self.settings.alignment.prior.model();
         // What is not taken out is as uncertain as it was before calibration.
-        let prior = model.initial_covariance(&start);
-        let raw = StateMatrix::from_fn(|row, column| {
-            let both_move = row < Paper::M && column < Paper::M;
-            if both_move {
-                covariance[(row, column)]
-            } else {
-                prior[(row, column)]
-            }
-        });
-        let channel = |errors: &SensorErrors, covariance: StateMatrix| {
-            PaperFilter::new(model, start, errors, covariance, noise, Loop::Open)
-                .map(|filter| Channel { filter })
+        let raw = covariance.retain(|name, _| Paper::is_moving(name));
+        let channel = |errors: &SensorErrors, known: &NamedCovariance| {
+            let covariance = model.covariance_of(known, &start);
+            let filter = PaperFilter::new(model, start, errors, covariance, noise, Loop::Open)?;
+            Ok::<_, Error>(Channel {
+                covariance: filter.named_covariance(),
+                filter,
+            })
         };
         Ok(Box::new([
-            channel(errors, *covariance)?,
-            channel(&SensorErrors::default(), raw)?,
+            channel(errors, covariance)?,
+            channel(&SensorErrors::default(), &raw)?,
         ]))
     }
 

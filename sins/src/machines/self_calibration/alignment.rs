@@ -30,7 +30,7 @@ impl Gathering {
             start,
             coarse: CoarseAlignment::default(),
             backlog: Vec::new(),
-            known: known.copied(),
+            known: known.cloned(),
             gyroscope_noise: Vector3::zeros(),
             accelerometer_noise: Vector3::zeros(),
         }

@@ -54,19 +54,18 @@ impl Calibration {
             return Err(Error::setting("norm of the attitude", norm, "1"));
         }
         self.position.checked()?;
-        if self.covariance.iter().any(|value| !value.is_finite()) {
-            return Err(Error::setting("covariance", "not finite", "finite numbers"));
-        }
-        let diagonal = self.covariance.diagonal();
-        let beyond = |variance: &&f64| **variance < 0.0 || **variance > SIGMA_LIMIT * SIGMA_LIMIT;
-        if let Some(variance) = diagonal.iter().find(beyond) {
-            let expected = format!("0 to {:e}", SIGMA_LIMIT * SIGMA_LIMIT);
+        let variances = self.covariance.matrix().diagonal();
+        let limit = SIGMA_LIMIT * SIGMA_LIMIT;
+        let mut names = self.covariance.states().iter().zip(&variances);
+        if let Some((name, variance)) = names.find(|(_, variance)| **variance > limit) {
+            let expected = format!("0 to {limit:e}");
             return Err(Error::setting(
-                "a variance of the covariance",
+                format!("variance of {name}"),
                 variance,
                 expected,
             ));
         }
+        drop(names);
         Ok(self)
     }
 
@@ -94,7 +93,8 @@ mod tests {
 
     use super::*;
     use crate::earth::Position;
-    use crate::estimation::error_state::StateMatrix;
+    use crate::estimation::groups::navigation::VELOCITY;
+    use crate::estimation::state::NamedCovariance;
     use crate::sensor::SensorErrors;
     use crate::time::Stamp;
 
@@ -105,7 +105,7 @@ mod tests {
             errors: SensorErrors::constant(Vector3::repeat(1e-7), Vector3::repeat(1e-3)),
             attitude: UnitQuaternion::identity(),
             position: Position::from_degrees(45.0, 126.0, 0.0),
-            covariance: StateMatrix::identity() * 1e-12,
+            covariance: NamedCovariance::from_sigmas([(VELOCITY[0], 1e-6)]).unwrap(),
             samples: 1,
             gaps: 0,
         }
@@ -138,8 +138,12 @@ mod tests {
                 "latitude",
             ),
             (change(&|c| c.position.height_m = 1e300), "height"),
-            (change(&|c| c.covariance[(3, 3)] = -1.0), "variance"),
-            (change(&|c| c.covariance[(3, 4)] = f64::NAN), "covariance"),
+            (
+                change(&|c| {
+                    c.covariance = NamedCovariance::from_sigmas([(VELOCITY[1], 1e5)]).unwrap();
+                }),
+                VELOCITY[1],
+            ),
             (change(&|c| c.phase = Phase::Inconsistent), "inconsistent"),
         ] {
             assert!(change.contains(word), "{change}");

@@ -1,17 +1,13 @@
 //! The one reader of calibrations: what files and messages carry, in names and numbers, becomes a checked [`Calibration`].
 
-use std::borrow::Cow;
-
 use nalgebra::{DMatrix, Matrix3, Quaternion, UnitQuaternion};
 
 use super::{Calibration, Phase};
 use crate::earth::Position;
 use crate::error::Error;
-use crate::estimation::error_state::StateMatrix;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
-use crate::estimation::model::{Model, Paper};
-use crate::estimation::state::NamedCovariance;
+use crate::estimation::state::{NamedCovariance, StateList};
 use crate::sensor::SensorErrors;
 use crate::time::Stamp;
 
@@ -21,17 +17,19 @@ const NORM_TOLERANCE: f64 = 1e-3;
 const NORM_ROUNDING: f64 = 1e-12;
 
 /// What is told of the uncertainty of a calibration.
+///
+/// Nothing that was measured is known exactly: a variance of zero says that its state was not estimated, and is left out of the
+/// calibration as if its name were missing. Of a state that is missing a reader knows what it knew before: its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RecordedCovariance {
-    /// A covariance over named states. More states than are known here are left aside, and of one that is missing nothing is known
-    /// (variance zero).
+    /// A covariance over named states, in any order: more than a reader knows, or fewer.
     States {
         /// Names of the states.
-        names: Vec<Cow<'static, str>>,
+        names: Vec<String>,
         /// All elements, row by row.
         row_major: Vec<f64>,
     },
-    /// One-sigma of the sensor errors, and the covariance of the misalignment. A sigma below zero is not known.
+    /// One-sigma of the sensor errors, and the covariance of the misalignment. A sigma that is not above zero is not known.
     Sensors {
         /// One-sigma of the gyroscope drift \[rad/s\].
         gyroscope_drift: [f64; 3],
@@ -115,7 +113,7 @@ impl CalibrationRecord {
             },
             attitude: rotation(self.attitude_xyzw)?,
             position: self.position,
-            covariance: self.covariance.arranged()?,
+            covariance: self.covariance.known()?,
             samples: self.samples,
             gaps: self.gaps,
         }
@@ -142,9 +140,9 @@ fn rotation([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, Error> {
 }
 
 impl RecordedCovariance {
-    /// In the order of the states here.
-    fn arranged(self) -> Result<StateMatrix, Error> {
-        match self {
+    /// The states of which something is known.
+    fn known(self) -> Result<NamedCovariance, Error> {
+        let (states, matrix) = match self {
             Self::States { names, row_major } => {
                 let count = names.len();
                 if row_major.len() != count * count {
@@ -155,30 +153,27 @@ impl RecordedCovariance {
                     ));
                 }
                 let matrix = DMatrix::from_row_slice(count, count, &row_major);
-                let named = NamedCovariance::new(names, matrix)?;
-                Ok(Paper::arranged(&named, &StateMatrix::zeros()))
+                (StateList::names(names), matrix)
             }
             Self::Sensors {
                 gyroscope_drift,
                 accelerometer_bias,
                 misalignment,
             } => {
-                let known = |sigma: f64| if sigma < 0.0 { 0.0 } else { sigma };
-                let sigmas = [
-                    (ACCELEROMETER_BIAS, accelerometer_bias),
-                    (GYROSCOPE_DRIFT, gyroscope_drift),
-                ]
-                .into_iter()
-                .flat_map(|(names, sigmas)| names.into_iter().zip(sigmas.map(known)));
-                let sensors = NamedCovariance::from_sigmas(sigmas)?;
-                let attitude = NamedCovariance::new(
-                    MISALIGNMENT.map(Into::into).to_vec(),
-                    DMatrix::from_row_slice(3, 3, &misalignment),
-                )?;
-                let sensors = Paper::arranged(&sensors, &StateMatrix::zeros());
-                Ok(Paper::arranged(&attitude, &sensors))
+                let mut matrix = DMatrix::zeros(9, 9);
+                let attitude = Matrix3::from_row_slice(&misalignment);
+                matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&attitude);
+                for (start, sigmas) in [(3, accelerometer_bias), (6, gyroscope_drift)] {
+                    for (axis, sigma) in sigmas.into_iter().enumerate() {
+                        let known = if sigma < 0.0 { 0.0 } else { sigma };
+                        matrix[(start + axis, start + axis)] = known * known;
+                    }
+                }
+                let names = [MISALIGNMENT, ACCELEROMETER_BIAS, GYROSCOPE_DRIFT];
+                (StateList::names(names.concat()), matrix)
             }
-        }
+        };
+        Ok(NamedCovariance::new(states, matrix)?.retain(|_, variance| variance > 0.0))
     }
 }
 
@@ -219,13 +214,30 @@ mod tests {
         let calibration = good().calibration().unwrap();
         assert_eq!(calibration.errors.gyroscope_matrix[(0, 1)], 1e-4);
         assert_eq!(calibration.errors.gyroscope_drift.z, 3e-7);
-        let named = Paper::named(&calibration.covariance).unwrap();
+        let named = &calibration.covariance;
         assert!((named.sigma(GYROSCOPE_DRIFT[1]).unwrap() - 1e-8).abs() < 1e-22);
-        assert_eq!(named.sigma(ACCELEROMETER_BIAS[1]), Some(0.0));
+        assert_eq!(named.sigma(ACCELEROMETER_BIAS[1]), None);
+        assert_eq!(named.states(), &StateList::names(GYROSCOPE_DRIFT));
         let mut short = good();
         short.attitude_xyzw = [0.6, 0.0, 0.0, 0.8004];
         let attitude = short.calibration().unwrap().attitude;
         assert!((attitude.norm() - 1.0).abs() < 1e-15);
+    }
+
+    /// States of models that are not ours are kept with their numbers, and one whose variance is zero was not estimated.
+    #[test]
+    fn any_states_are_kept_but_those_not_estimated() {
+        let mut other = good();
+        other.covariance = RecordedCovariance::States {
+            names: ["colour", GYROSCOPE_DRIFT[2], ACCELEROMETER_BIAS[0]]
+                .map(Into::into)
+                .into(),
+            row_major: vec![4.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 9.0],
+        };
+        let covariance = other.calibration().unwrap().covariance;
+        let expected = StateList::names(["colour", ACCELEROMETER_BIAS[0]]);
+        assert_eq!(covariance.states(), &expected);
+        assert_eq!(covariance.row_major(), [4.0, 1.0, 1.0, 9.0]);
     }
 
     /// What cannot be is refused in one line that names it.

@@ -7,7 +7,10 @@ use super::Settings;
 use super::judge::{Evidence, InnovationReport, Verdict};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
-use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, StateMatrix, StateVector};
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use crate::estimation::groups::navigation::MISALIGNMENT;
+use crate::estimation::measurement::UpdateCounts;
+use crate::estimation::state::{NamedCovariance, StateEstimate};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::SensorErrors;
 use crate::stream::counts::StreamCounts;
@@ -48,6 +51,9 @@ impl Phase {
 /// A turn of the ship above this while the table works \[rad\] says that the table's axes are set wrong.
 const IMPLAUSIBLE_TURN_RAD: f64 = 0.35;
 
+/// What stands for a one-sigma that is not known, in estimates and in messages.
+pub const NOT_KNOWN: f64 = -1.0;
+
 /// What happened to the samples on the way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleReport {
@@ -55,6 +61,22 @@ pub struct SampleReport {
     pub counts: StreamCounts,
     /// Velocity measurements that did not come in time (reference `Measured`).
     pub missing_velocities: u64,
+    /// What became of the filter's measurements, over all alignments.
+    pub updates: UpdateCounts,
+}
+
+impl SampleReport {
+    /// Scalar measurements that the filter left out because their numbers were none or told nothing.
+    pub fn refused_measurements(&self) -> u64 {
+        self.updates.singular + self.updates.refused
+    }
+
+    /// Measurements that the filter left out, in words; `None` where there are none.
+    pub fn measurements_left_out(&self) -> Option<String> {
+        let (gated, refused) = (self.updates.gated, self.refused_measurements());
+        (gated + refused > 0)
+            .then(|| format!("{gated} measurements beyond their gate, {refused} refused"))
+    }
 }
 
 /// The estimate after an update.
@@ -71,10 +93,10 @@ pub struct Estimate {
     /// How far that has turned since fine alignment began \[rad\]. A moored ship does not turn by tens of degrees: if this does,
     /// the joints turn about other axes than the settings say.
     pub vehicle_turn_rad: f64,
-    /// The thirteen states; what has been fed back is zero in the first seven and included in the sensor errors.
-    pub state: StateVector,
-    /// Covariance of the states.
-    pub covariance: StateMatrix,
+    /// The sensor errors that have been found.
+    pub errors: SensorErrors,
+    /// The states of the filter by name; what has been fed back is zero in the navigation and included in the sensor errors.
+    pub states: StateEstimate,
     /// Innovations.
     pub innovations: InnovationReport,
     /// The block has turned since fine alignment began, or did before an alignment that was started anew.
@@ -86,57 +108,68 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    pub(super) fn evidence<'a>(&'a self, sigma: &'a StateVector) -> Evidence<'a> {
+    pub(super) fn evidence(&self) -> Evidence<'_> {
         Evidence {
             innovations: self.innovations,
             counts: &self.samples.counts,
-            sigma,
+            covariance: self.states.covariance(),
             turned: self.turned,
         }
     }
 
     /// What the judge says of it, by the thresholds of these settings. The phase says the same in one word.
     pub fn verdict(&self, settings: &Settings) -> Verdict {
-        self.evidence(&self.sigma()).verdict(settings)
+        self.evidence().verdict(settings)
     }
 
-    /// One-sigma of the states.
-    pub fn sigma(&self) -> StateVector {
-        sigma(&self.covariance)
+    /// Covariance of the states.
+    pub fn covariance(&self) -> &NamedCovariance {
+        self.states.covariance()
+    }
+
+    /// One-sigma of three states; [`NOT_KNOWN`] where the filter does not have them.
+    fn sigma3(&self, names: &[&str; 3]) -> Vector3<f64> {
+        self.states
+            .sigma3(names)
+            .unwrap_or(Vector3::repeat(NOT_KNOWN))
     }
 
     /// Gyroscope drift ε, block axes \[rad/s\].
     pub fn gyroscope_drift(&self) -> Vector3<f64> {
-        self.state.fixed_rows::<3>(DRIFT).into_owned()
+        self.errors.gyroscope_drift
     }
 
     /// Its one-sigma \[rad/s\].
     pub fn gyroscope_drift_sigma(&self) -> Vector3<f64> {
-        self.sigma().fixed_rows::<3>(DRIFT).into_owned()
+        self.sigma3(&GYROSCOPE_DRIFT)
     }
 
     /// Accelerometer bias ∇, block axes \[m/s²\].
     pub fn accelerometer_bias(&self) -> Vector3<f64> {
-        self.state.fixed_rows::<3>(BIAS).into_owned()
+        self.errors.accelerometer_bias
     }
 
     /// Its one-sigma \[m/s²\].
     pub fn accelerometer_bias_sigma(&self) -> Vector3<f64> {
-        self.sigma().fixed_rows::<3>(BIAS).into_owned()
+        self.sigma3(&ACCELEROMETER_BIAS)
     }
 
     /// One-sigma of the misalignment (E, N, U) \[rad\].
     pub fn misalignment_sigma(&self) -> Vector3<f64> {
-        self.sigma().fixed_rows::<3>(MISALIGNMENT).into_owned()
+        self.sigma3(&MISALIGNMENT)
     }
 
     /// One-sigma of heading, pitch and roll of the ship \[rad\]; see [`HeadingPitchRoll::sigma`].
     pub fn vehicle_sigma(&self) -> HeadingPitchRoll {
-        let misalignment = self
-            .covariance
-            .fixed_view::<3, 3>(MISALIGNMENT, MISALIGNMENT)
-            .into_owned();
-        HeadingPitchRoll::sigma(self.vehicle.heading, &misalignment)
+        let unknown = HeadingPitchRoll {
+            heading: NOT_KNOWN,
+            pitch: NOT_KNOWN,
+            roll: NOT_KNOWN,
+        };
+        let misalignment = self.covariance().block(&MISALIGNMENT);
+        misalignment.map_or(unknown, |covariance| {
+            HeadingPitchRoll::sigma(self.vehicle.heading, &covariance)
+        })
     }
 
     /// Says so where the ship seems to turn with the table, for heading, pitch and roll are then meaningless. The sensor
@@ -156,10 +189,10 @@ impl Estimate {
         Calibration {
             stamp: self.stamp,
             phase: self.phase,
-            errors: SensorErrors::constant(self.gyroscope_drift(), self.accelerometer_bias()),
+            errors: self.errors,
             attitude: self.navigation.attitude,
             position: self.navigation.position,
-            covariance: self.covariance,
+            covariance: self.covariance().clone(),
             samples: self.samples.counts.samples,
             gaps: self.samples.counts.gaps,
         }
@@ -179,24 +212,29 @@ pub struct Calibration {
     pub attitude: UnitQuaternion<f64>,
     /// Position; the height stays as it was given.
     pub position: Position,
-    /// Covariance of the thirteen states at `stamp`.
-    pub covariance: StateMatrix,
+    /// Covariance at `stamp`, of the states that the filter had. Readers take those that they know; of one that is missing they
+    /// know what they knew before.
+    pub covariance: NamedCovariance,
     /// Samples that went into it.
     pub samples: u64,
     /// Gaps among them.
     pub gaps: u64,
 }
 
-impl Calibration {
-    /// One-sigma of the states.
-    pub fn sigma(&self) -> StateVector {
-        sigma(&self.covariance)
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn sigma(covariance: &StateMatrix) -> StateVector {
-    // A variance that is not a number must not become a sigma of nothing.
-    covariance
-        .diagonal()
-        .map(|v| if v < 0.0 { 0.0 } else { v.sqrt() })
+    /// Measurements that were left out are told in words, each kind with its number; where all were taken, nothing is said.
+    #[test]
+    fn what_was_left_out_is_told() {
+        let mut samples = SampleReport::default();
+        samples.updates.accepted = 9;
+        assert_eq!(samples.measurements_left_out(), None);
+        samples.updates.gated = 2;
+        (samples.updates.singular, samples.updates.refused) = (1, 3);
+        let told = samples.measurements_left_out();
+        let expected = "2 measurements beyond their gate, 4 refused";
+        assert_eq!(told.as_deref(), Some(expected));
+    }
 }

@@ -14,6 +14,7 @@ use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
 use crate::estimation::filter::Loop;
+use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::model::{Model, PaperFilter};
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
@@ -43,14 +44,16 @@ pub(in crate::machines) struct Estimator {
     last: Option<Estimate>,
     phase_told: Phase,
     missing_velocities: u64,
+    /// What became of the measurements of the alignments before this one.
+    updates_before: UpdateCounts,
     events: VecDeque<Event>,
 }
 
 impl Estimator {
-    pub(in crate::machines) fn new(settings: &Settings) -> Result<Self, Error> {
+    pub(in crate::machines) fn new(settings: Settings) -> Result<Self, Error> {
         settings.check()?;
         Ok(Self {
-            settings: *settings,
+            settings,
             position: None,
             newest_position: None,
             stage: Stage::Idle,
@@ -58,6 +61,7 @@ impl Estimator {
             last: None,
             phase_told: Phase::WaitingForPosition,
             missing_velocities: 0,
+            updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
         })
     }
@@ -90,13 +94,19 @@ impl Estimator {
         self.judge_before = None;
         self.last = None;
         self.missing_velocities = 0;
+        self.updates_before = UpdateCounts::default();
         self.events.clear();
     }
 
     pub(super) fn samples(&self, stream: &Stream) -> SampleReport {
+        let updates = match &self.stage {
+            Stage::Running(run) => run.filter.counts(),
+            Stage::Idle | Stage::Gathering(_) => UpdateCounts::default(),
+        };
         SampleReport {
             counts: stream.counts(),
             missing_velocities: self.missing_velocities,
+            updates: self.updates_before + updates,
         }
     }
 
@@ -117,7 +127,7 @@ impl Estimator {
             Stage::Running(run) => Evidence {
                 innovations: run.judge.report(),
                 counts: &stream.counts(),
-                sigma: &run.filter.sigma(),
+                covariance: &run.filter.named_covariance(),
                 turned: run.turned,
             }
             .phase(&self.settings),
@@ -141,6 +151,7 @@ impl Estimator {
             Stage::Gathering(gathering) => gathering.known,
             Stage::Running(run) => {
                 let known = run.knowledge();
+                self.updates_before = self.updates_before + run.filter.counts();
                 self.judge_before = Some(run.judge);
                 Some(known)
             }
@@ -168,6 +179,7 @@ impl Estimator {
                     Ok(advance) => advance,
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
+                        self.updates_before = self.updates_before + run.filter.counts();
                         self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, None)));
                         return self.fail(stamp, &error, stream);
                     }
@@ -191,7 +203,7 @@ impl Estimator {
                     }
                 } else if seconds >= 2.0 * self.settings.coarse_alignment_s {
                     // Still no position: gather afresh rather than without end.
-                    let known = gathering.known;
+                    let known = gathering.known.take();
                     **gathering = Gathering::new(stamp, known.as_ref());
                 } else if self.phase_told == Phase::WaitingForPosition && self.position.is_some() {
                     self.tell_phase(stamp, stream);
@@ -238,7 +250,7 @@ impl Estimator {
         })?;
         // The estimate stands at the last covariance step; the samples after it have been looked at all the same.
         last.samples = self.samples(stream);
-        last.phase = last.evidence(&last.sigma()).phase(&self.settings);
+        last.phase = last.evidence().phase(&self.settings);
         Ok(last)
     }
 
@@ -252,7 +264,7 @@ impl Estimator {
             .backlog
             .last()
             .map_or(gathering.start, |interval| interval.stamp);
-        let known = gathering.known;
+        let known = gathering.known.clone();
         // Where this alignment fails, the next one begins here.
         self.stage = Stage::Gathering(Box::new(Gathering::new(last, known.as_ref())));
         let coarse = gathering.coarse.solve(
@@ -266,12 +278,14 @@ impl Estimator {
             position,
         };
         let model = self.settings.prior.model();
-        let mut covariance = model.initial_covariance(&place);
         let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
-        if let Some(known) = &known {
-            known.put_into(&mut covariance, last, &self.settings.walk);
-        }
-        let errors = known.map_or_else(SensorErrors::default, |known| known.errors);
+        let (errors, covariance) = known.as_ref().map_or_else(
+            || (SensorErrors::default(), model.initial_covariance(&place)),
+            |known| {
+                let prior = known.prior(&model, &place, last, &self.settings.walk);
+                (known.errors, prior)
+            },
+        );
         let filter = PaperFilter::new(model, place, &errors, covariance, noise, Loop::Open)?;
         let schedule = Schedule::new(gathering.start, self.settings.step_s);
         let mut run = Running {
@@ -350,14 +364,14 @@ impl Estimator {
             vehicle: HeadingPitchRoll::from_attitude(&vehicle),
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
             navigation: *run.filter.navigation(),
-            state: run.filter.state(),
-            covariance: *run.filter.covariance(),
+            errors: run.filter.sensor_errors(),
+            states: run.filter.estimate(),
             innovations: run.judge.report(),
             turned: run.turned,
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
         };
-        estimate.phase = estimate.evidence(&run.filter.sigma()).phase(&self.settings);
+        estimate.phase = estimate.evidence().phase(&self.settings);
         estimate
     }
 }

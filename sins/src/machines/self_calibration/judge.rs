@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{Phase, Settings};
 use crate::estimation::consistency::InnovationWindow;
-use crate::estimation::error_state::{STATE_NAMES, StateVector};
+use crate::estimation::state::NamedCovariance;
 use crate::stream::counts::StreamCounts;
 
 /// So many refused samples are an accident, whatever their share.
@@ -113,6 +113,11 @@ pub enum Doubt {
         /// What was asked for, SI.
         limit: f64,
     },
+    /// A state is asked for that the filter does not have.
+    NotEstimated {
+        /// Its name.
+        state: &'static str,
+    },
     /// Too many samples were refused.
     Refused {
         /// So many.
@@ -153,6 +158,12 @@ impl std::fmt::Display for Doubt {
                 f,
                 "1 sigma of {state} is {sigma:.3e}, asked for at most {limit:.3e}"
             ),
+            Self::NotEstimated { state } => {
+                write!(
+                    f,
+                    "{state} is asked for, and is none of the filter's states"
+                )
+            }
             Self::Refused { refused, of } => write!(
                 f,
                 "{refused} of {of} samples were refused ({:.1} %)",
@@ -191,7 +202,7 @@ pub struct Verdict {
 pub(super) struct Evidence<'a> {
     pub(super) innovations: InnovationReport,
     pub(super) counts: &'a StreamCounts,
-    pub(super) sigma: &'a StateVector,
+    pub(super) covariance: &'a NamedCovariance,
     pub(super) turned: bool,
 }
 
@@ -230,21 +241,29 @@ impl Evidence<'_> {
     }
 
     fn sigma_doubt(&self, settings: &Settings) -> Option<Doubt> {
-        let limits = &settings.thresholds.sigma;
-        // Not a number is not below anything.
-        let above =
-            (0..limits.len()).filter(|i| self.sigma[*i].is_nan() || self.sigma[*i] > limits[*i]);
-        let worst = above.max_by(|a, b| {
-            f64::total_cmp(
-                &(self.sigma[*a] / limits[*a]),
-                &(self.sigma[*b] / limits[*b]),
-            )
-        })?;
-        Some(Doubt::Sigma {
-            state: STATE_NAMES[worst],
-            sigma: self.sigma[worst],
-            limit: limits[worst],
-        })
+        let mut worst: Option<(Doubt, f64)> = None;
+        for (label, limit) in settings.thresholds.iter() {
+            let state = label.name;
+            let Some(sigma) = self.covariance.sigma(state) else {
+                return Some(Doubt::NotEstimated { state });
+            };
+            let share = sigma / limit;
+            // Not a number is not below anything.
+            let is_above = share.is_nan() || share > 1.0;
+            if is_above
+                && worst
+                    .as_ref()
+                    .is_none_or(|(_, w)| share.total_cmp(w).is_ge())
+            {
+                let doubt = Doubt::Sigma {
+                    state,
+                    sigma,
+                    limit,
+                };
+                worst = Some((doubt, share));
+            }
+        }
+        worst.map(|(doubt, _)| doubt)
     }
 
     fn stream_doubt(&self, settings: &Settings) -> Option<Doubt> {
@@ -275,7 +294,15 @@ impl Evidence<'_> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::Thresholds;
     use super::*;
+
+    /// Whatever is asked for is known to `sigma`.
+    fn known(settings: &Settings, sigma: f64) -> NamedCovariance {
+        let states = settings.thresholds.iter();
+        NamedCovariance::from_sigmas(states.map(|(label, _)| (label.name, sigma))).unwrap()
+    }
 
     fn settings() -> Settings {
         Settings {
@@ -288,12 +315,12 @@ mod tests {
     fn evidence<'a>(
         judge: &Judge,
         counts: &'a StreamCounts,
-        sigma: &'a StateVector,
+        covariance: &'a NamedCovariance,
     ) -> Evidence<'a> {
         Evidence {
             innovations: judge.report(),
             counts,
-            sigma,
+            covariance,
             turned: true,
         }
     }
@@ -302,7 +329,7 @@ mod tests {
     #[test]
     fn doubt_lasts_until_windows_enough_agree() {
         let settings = settings();
-        let (counts, sigma) = (StreamCounts::default(), StateVector::zeros());
+        let (counts, sigma) = (StreamCounts::default(), known(&settings, 0.0));
         let mut judge = Judge::new(&settings);
         (0..40).for_each(|_| judge.take(2.0));
         let good = evidence(&judge, &counts, &sigma).verdict(&settings);
@@ -332,7 +359,7 @@ mod tests {
     #[test]
     fn refused_samples_speak_against_the_estimate() {
         let settings = settings();
-        let sigma = StateVector::zeros();
+        let sigma = known(&settings, 0.0);
         let mut judge = Judge::new(&settings);
         (0..40).for_each(|_| judge.take(2.0));
         for (repeated, converged) in [(5000, false), (5, true)] {
@@ -347,15 +374,27 @@ mod tests {
         }
     }
 
-    /// Not a number is never a sigma below its threshold.
+    /// A sigma above its threshold, and a state that the filter does not have, are never converged, and the reason names them; a
+    /// state that nothing is asked of does not hinder.
     #[test]
-    fn nan_is_not_converged() {
-        let settings = settings();
+    fn what_is_asked_for_must_be_known() {
+        let mut settings = settings();
         let counts = StreamCounts::default();
         let mut judge = Judge::new(&settings);
         (0..40).for_each(|_| judge.take(2.0));
-        let sigma = StateVector::repeat(f64::NAN);
-        let verdict = evidence(&judge, &counts, &sigma).verdict(&settings);
+        let covariance = known(&settings, 1.0);
+        let verdict = evidence(&judge, &counts, &covariance).verdict(&settings);
         assert!(!verdict.converged && !verdict.sigmas);
+        let covariance = known(&settings, 0.0);
+        settings
+            .thresholds
+            .ask("gyroscope_scale_factor_z", 1e-6)
+            .unwrap();
+        let verdict = evidence(&judge, &counts, &covariance).verdict(&settings);
+        assert!(!verdict.converged && verdict.reasons[0].contains("gyroscope_scale_factor_z"));
+        let covariance = known(&settings, 1e9);
+        settings.thresholds = Thresholds::NONE;
+        let verdict = evidence(&judge, &counts, &covariance).verdict(&settings);
+        assert!(verdict.converged, "{verdict:?}");
     }
 }

@@ -26,14 +26,16 @@ mod running;
 mod schedule;
 mod sensor_knowledge;
 mod settings;
+mod thresholds;
 
 pub use calibration_record::{CalibrationRecord, RecordedCovariance};
-pub use estimate::{Calibration, Estimate, Phase, SampleReport};
+pub use estimate::{Calibration, Estimate, NOT_KNOWN, Phase, SampleReport};
 pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
 pub use judge::{Doubt, InnovationReport, Verdict};
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{Reference, Settings, Thresholds, default_noise};
+pub use settings::{Reference, Settings, default_noise};
+pub use thresholds::Thresholds;
 
 use crate::earth::Position;
 use crate::error::Error;
@@ -104,10 +106,9 @@ impl SelfCalibration {
     /// # Errors
     /// [`Error::Setting`] where a setting is out of range.
     pub fn new(settings: Settings) -> Result<Self, Error> {
-        Ok(Self {
-            estimator: Estimator::new(&settings)?,
-            stream: Stream::new(settings.stream())?,
-        })
+        let estimator = Estimator::new(settings)?;
+        let stream = Stream::new(estimator.settings().stream())?;
+        Ok(Self { stream, estimator })
     }
 
     /// The settings it works with.

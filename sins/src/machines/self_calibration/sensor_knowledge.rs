@@ -2,8 +2,11 @@
 
 use nalgebra::SMatrix;
 
-use crate::estimation::error_state::{BIAS, DRIFT, StateMatrix};
-use crate::estimation::model::PaperFilter;
+use crate::estimation::filter::ErrorFilter;
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use crate::estimation::model::Model;
+use crate::estimation::state::NamedCovariance;
+use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::SensorErrors;
 use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
@@ -28,41 +31,56 @@ impl Default for SensorWalk {
     }
 }
 
-/// Drifts and biases with their covariance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The sensor errors with their covariance.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct SensorKnowledge {
     /// When it was learnt.
     pub(super) stamp: Stamp,
     pub(super) errors: SensorErrors,
-    /// In the order of the state vector.
-    covariance: SMatrix<f64, 6, 6>,
+    /// Of the states of the sensors, whichever the filter has.
+    covariance: NamedCovariance,
     /// The block has turned, so that they have come apart from the attitude.
     pub(super) turned: bool,
 }
 
 impl SensorKnowledge {
     /// What a filter knows.
-    pub(super) fn of(filter: &PaperFilter, stamp: Stamp, turned: bool) -> Self {
+    pub(super) fn of<G: Model<M, N>, const M: usize, const N: usize>(
+        filter: &ErrorFilter<G, M, N>,
+        stamp: Stamp,
+        turned: bool,
+    ) -> Self {
         Self {
             stamp,
             errors: filter.sensor_errors(),
-            covariance: filter.covariance().fixed_view::<6, 6>(BIAS, BIAS).into(),
+            covariance: filter
+                .named_covariance()
+                .retain(|name, _| !G::is_moving(name)),
             turned,
         }
     }
 
-    /// Puts it in place of the prior of the sensors, grown by their walk up to `now`. A clock that was set back tells no time.
-    pub(super) fn put_into(&self, prior: &mut StateMatrix, now: Stamp, walk: &SensorWalk) {
+    /// The prior of a filter at a place, with this in place of the prior of the sensors, grown by their walk up to `now`. A clock
+    /// that was set back tells no time.
+    pub(super) fn prior<G: Model<M, N>, const M: usize, const N: usize>(
+        &self,
+        model: &G,
+        place: &NavigationState,
+        now: Stamp,
+        walk: &SensorWalk,
+    ) -> SMatrix<f64, N, N> {
         let seconds = now.seconds_since(self.stamp).max(0.0);
-        let mut covariance = self.covariance;
-        for axis in 0..3 {
-            let bias = walk.accelerometer_bias_m_s2_sqrt_s.powi(2) * seconds;
-            let drift = walk.gyroscope_drift_rad_s_sqrt_s.powi(2) * seconds;
-            covariance[(axis, axis)] += bias;
-            covariance[(DRIFT - BIAS + axis, DRIFT - BIAS + axis)] += drift;
+        let mut covariance = model.covariance_of(&self.covariance, place);
+        for (names, density) in [
+            (ACCELEROMETER_BIAS, walk.accelerometer_bias_m_s2_sqrt_s),
+            (GYROSCOPE_DRIFT, walk.gyroscope_drift_rad_s_sqrt_s),
+        ] {
+            for name in names {
+                if let Some(at) = G::position(name) {
+                    covariance[(at, at)] += density.powi(2) * seconds;
+                }
+            }
         }
-        prior
-            .fixed_view_mut::<6, 6>(BIAS, BIAS)
-            .copy_from(&covariance);
+        covariance
     }
 }

@@ -2,16 +2,16 @@
 
 use nalgebra::Vector3;
 
+use super::Thresholds;
 use super::sensor_knowledge::SensorWalk;
 use crate::error::Error;
-use crate::estimation::error_state::{BIAS, DRIFT, MISALIGNMENT, STATES, StateVector};
 use crate::estimation::filter::InitialUncertainty;
 use crate::machines::unseen_motion::UnseenMotion;
 use crate::sensor::sample::NoiseDensity;
 use crate::stream::StreamSettings;
 use crate::stream::plausibility::SensorRange;
 use crate::table::Turntable;
-use crate::units::{ARC_MINUTE, DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
+use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// Where the velocity error is measured against.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,52 +28,8 @@ pub enum Reference {
     },
 }
 
-/// One-sigma below which a state counts as found; infinite where the scheme need not show it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Thresholds {
-    /// By state, in the order of the state vector.
-    pub sigma: [f64; STATES],
-}
-
-impl Thresholds {
-    /// From thresholds of misalignment (E, N, U) \[rad\], accelerometer bias \[m/s²\] and gyroscope drift \[rad/s\]; a value
-    /// that is not positive asks nothing of its state.
-    pub fn new(misalignment_rad: [f64; 3], bias_m_s2: [f64; 3], drift_rad_s: [f64; 3]) -> Self {
-        let mut sigma = [f64::INFINITY; STATES];
-        for (start, values) in [
-            (MISALIGNMENT, misalignment_rad),
-            (BIAS, bias_m_s2),
-            (DRIFT, drift_rad_s),
-        ] {
-            for (i, value) in values.into_iter().enumerate() {
-                if value > 0.0 {
-                    sigma[start + i] = value;
-                }
-            }
-        }
-        Self { sigma }
-    }
-
-    /// How much of what is asked for is reached, 0..1: the least threshold over sigma; 1 where everything is.
-    pub fn reached(&self, sigma: &StateVector) -> f64 {
-        let shares = self.sigma.iter().zip(sigma).map(|(limit, s)| limit / s);
-        shares.fold(1.0, f64::min)
-    }
-}
-
-impl Default for Thresholds {
-    /// ε 0.002 deg/h, ∇ 10 ug, azimuth 1 arcmin.
-    fn default() -> Self {
-        Self::new(
-            [0.0, 0.0, ARC_MINUTE],
-            [10.0 * MICRO_G; 3],
-            [0.002 * DEG_PER_HOUR; 3],
-        )
-    }
-}
-
 /// Everything that self-calibration can be told.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Which axis each joint turns about; needed for the vehicle's attitude only.
     pub turntable: Turntable,
@@ -258,23 +214,5 @@ impl Settings {
             return Err(Error::setting("window_updates", 0, "at least 1"));
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The worst state decides, states that nothing is asked of do not count, and more than everything is everything.
-    #[test]
-    fn the_worst_state_says_how_far_it_is() {
-        let thresholds = Thresholds::new([0.0, 0.0, 2.0], [0.0; 3], [1.0; 3]);
-        let mut sigma = StateVector::repeat(1e9);
-        sigma[MISALIGNMENT + 2] = 4.0;
-        sigma.fixed_rows_mut::<3>(DRIFT).fill(3.0);
-        assert!((thresholds.reached(&sigma) - 1.0 / 3.0).abs() < 1e-15);
-        sigma[MISALIGNMENT + 2] = 1.0;
-        sigma.fixed_rows_mut::<3>(DRIFT).fill(0.1);
-        assert_eq!(thresholds.reached(&sigma), 1.0);
     }
 }

@@ -6,7 +6,7 @@
 mod statistics;
 mod voyage;
 
-use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
+use nalgebra::{SVector, UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -14,11 +14,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::earth::Position;
 use crate::earth::rotation::small_rotation;
 use crate::error::Error;
-use crate::estimation::error_state::{
-    BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, StateMatrix, StateVector, VELOCITY,
-};
 use crate::estimation::filter::{InitialUncertainty, Loop, VelocityMeasurement};
-use crate::estimation::model::{Model, PaperFilter};
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
+use crate::estimation::model::{Model, Paper, PaperFilter};
+use crate::estimation::state::{NamedCovariance, StateLabel, StateValues, positions};
 use crate::machines::self_calibration::{Calibration, Phase};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::Increment;
@@ -35,8 +35,49 @@ use crate::time::Stamp;
 pub use statistics::{Point, Statistics, Trace, mean_nees_bounds};
 pub use voyage::{Departure, Voyage, VoyageTrack};
 
-/// Number of states that calibration is about: misalignment, biases, drifts.
-pub const CALIBRATED: usize = 9;
+/// Number of the states of [`CALIBRATED`].
+pub const CALIBRATED_STATES: usize = 9;
+
+/// The states that calibration is about: misalignment (E, N, U), biases, drifts (x, y, z).
+pub static CALIBRATED: [StateLabel; CALIBRATED_STATES] = {
+    let names = CALIBRATED_NAMES;
+    let at = positions(Paper::LIST, names);
+    let mut labels = [Paper::LIST[0]; CALIBRATED_STATES];
+    let mut state = 0;
+    while state < CALIBRATED_STATES {
+        labels[state] = Paper::LIST[at[state]];
+        state += 1;
+    }
+    labels
+};
+
+const CALIBRATED_NAMES: [&str; CALIBRATED_STATES] = [
+    MISALIGNMENT[0],
+    MISALIGNMENT[1],
+    MISALIGNMENT[2],
+    ACCELEROMETER_BIAS[0],
+    ACCELEROMETER_BIAS[1],
+    ACCELEROMETER_BIAS[2],
+    GYROSCOPE_DRIFT[0],
+    GYROSCOPE_DRIFT[1],
+    GYROSCOPE_DRIFT[2],
+];
+
+/// Where the errors of a run stand among the filter's states.
+mod at {
+    use super::{
+        ACCELEROMETER_BIAS, GYROSCOPE_DRIFT, MISALIGNMENT, Model, POSITION, Paper, VELOCITY,
+        positions,
+    };
+
+    pub(super) const POSITIONS: [usize; 2] = positions(Paper::LIST, POSITION);
+    pub(super) const VELOCITIES: [usize; 2] = positions(Paper::LIST, VELOCITY);
+    pub(super) const ATTITUDE: [usize; 3] = positions(Paper::LIST, MISALIGNMENT);
+    pub(super) const BIASES: [usize; 3] = positions(Paper::LIST, ACCELEROMETER_BIAS);
+    pub(super) const DRIFTS: [usize; 3] = positions(Paper::LIST, GYROSCOPE_DRIFT);
+}
+
+type StateVector = SVector<f64, { Paper::N }>;
 
 /// What all runs have in common.
 #[derive(Clone, Debug)]
@@ -94,11 +135,11 @@ impl TrueErrors {
 
     fn from_state(x: &StateVector) -> Self {
         Self {
-            misalignment: x.fixed_rows::<3>(MISALIGNMENT).into_owned(),
-            position: [x[LATITUDE], x[LONGITUDE]],
-            velocity: [x[VELOCITY], x[VELOCITY + 1]],
-            accelerometer_bias: x.fixed_rows::<3>(BIAS).into_owned(),
-            gyroscope_drift: x.fixed_rows::<3>(DRIFT).into_owned(),
+            misalignment: at::ATTITUDE.map(|state| x[state]).into(),
+            position: at::POSITIONS.map(|state| x[state]),
+            velocity: at::VELOCITIES.map(|state| x[state]),
+            accelerometer_bias: at::BIASES.map(|state| x[state]).into(),
+            gyroscope_drift: at::DRIFTS.map(|state| x[state]).into(),
         }
     }
 }
@@ -109,31 +150,20 @@ pub struct Snapshot {
     /// Time since the start \[s\].
     pub time_s: f64,
     /// What is left of every error: truth minus estimate, by the states' definitions.
-    pub error: StateVector,
+    pub error: StateValues,
     /// What the filter says of it.
-    pub covariance: StateMatrix,
+    pub covariance: NamedCovariance,
 }
 
 impl Snapshot {
-    /// Error of misalignment, biases and drifts.
-    pub fn calibrated_error(&self) -> SVector<f64, CALIBRATED> {
-        self.error
-            .fixed_rows::<CALIBRATED>(MISALIGNMENT)
-            .into_owned()
+    /// Error of the states of [`CALIBRATED`]; NaN where the filter does not have one.
+    pub fn calibrated_error(&self) -> SVector<f64, CALIBRATED_STATES> {
+        SVector::from(CALIBRATED_NAMES.map(|name| self.error.value(name).unwrap_or(f64::NAN)))
     }
 
-    /// Its covariance.
-    pub fn calibrated_covariance(&self) -> SMatrix<f64, CALIBRATED, CALIBRATED> {
-        self.covariance
-            .fixed_view::<CALIBRATED, CALIBRATED>(MISALIGNMENT, MISALIGNMENT)
-            .into_owned()
-    }
-
-    /// One-sigma of misalignment (E, N, U), biases and drifts (x, y, z).
-    pub fn calibrated_sigma(&self) -> SVector<f64, CALIBRATED> {
-        self.calibrated_covariance()
-            .diagonal()
-            .map(|v| v.max(0.0).sqrt())
+    /// One-sigma of the states of [`CALIBRATED`]; NaN where the filter does not have one.
+    pub fn calibrated_sigma(&self) -> SVector<f64, CALIBRATED_STATES> {
+        SVector::from(CALIBRATED_NAMES.map(|name| self.covariance.sigma(name).unwrap_or(f64::NAN)))
     }
 
     /// Normalized estimation error squared of the nine; `None` where the covariance cannot be inverted.
@@ -143,7 +173,8 @@ impl Snapshot {
         let sigma = self.calibrated_sigma();
         let scaled = error.component_div(&sigma);
         let correlation = self
-            .calibrated_covariance()
+            .covariance
+            .block(&CALIBRATED_NAMES)?
             .component_div(&(sigma * sigma.transpose()));
         Some(scaled.dot(&correlation.cholesky()?.solve(&scaled)))
     }
@@ -289,6 +320,7 @@ impl MonteCarlo {
         let imu = ImuErrorSettings {
             errors: SensorErrors::constant(truth.gyroscope_drift, truth.accelerometer_bias),
             noise: self.noise,
+            ..ImuErrorSettings::perfect()
         };
         let computed = NavigationState {
             attitude: small_rotation(&-truth.misalignment) * start.attitude,
@@ -358,7 +390,7 @@ impl Trial {
                 longitude_rad: navigation.position.longitude_rad,
                 height_m: navigation.position.height_m,
             },
-            covariance: *self.filter.covariance(),
+            covariance: self.filter.named_covariance(),
             samples: 0,
             gaps: 0,
         }
@@ -367,24 +399,26 @@ impl Trial {
     fn snapshot(&self, time_s: f64, truth: &NavigationState) -> Snapshot {
         let computed = self.filter.navigation();
         let found = self.filter.sensor_errors();
+        let left = -(computed.attitude * truth.attitude.inverse()).scaled_axis();
+        let bias = self.truth.accelerometer_bias - found.accelerometer_bias;
+        let drift = self.truth.gyroscope_drift - found.gyroscope_drift;
+        let velocity = computed.velocity - truth.velocity;
+        let [latitude, longitude] = at::POSITIONS;
         let mut error = StateVector::zeros();
-        error[LATITUDE] = computed.position.latitude_rad - truth.position.latitude_rad;
-        error[LONGITUDE] = computed.position.longitude_rad - truth.position.longitude_rad;
-        error[VELOCITY] = computed.velocity.x - truth.velocity.x;
-        error[VELOCITY + 1] = computed.velocity.y - truth.velocity.y;
-        error
-            .fixed_rows_mut::<3>(MISALIGNMENT)
-            .copy_from(&-(computed.attitude * truth.attitude.inverse()).scaled_axis());
-        error
-            .fixed_rows_mut::<3>(BIAS)
-            .copy_from(&(self.truth.accelerometer_bias - found.accelerometer_bias));
-        error
-            .fixed_rows_mut::<3>(DRIFT)
-            .copy_from(&(self.truth.gyroscope_drift - found.gyroscope_drift));
+        error[latitude] = computed.position.latitude_rad - truth.position.latitude_rad;
+        error[longitude] = computed.position.longitude_rad - truth.position.longitude_rad;
+        for axis in 0..2 {
+            error[at::VELOCITIES[axis]] = velocity[axis];
+        }
+        for axis in 0..3 {
+            error[at::ATTITUDE[axis]] = left[axis];
+            error[at::BIASES[axis]] = bias[axis];
+            error[at::DRIFTS[axis]] = drift[axis];
+        }
         Snapshot {
             time_s,
-            error,
-            covariance: *self.filter.covariance(),
+            error: StateValues::of(Paper::LIST, &error),
+            covariance: self.filter.named_covariance(),
         }
     }
 }

@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{CALIBRATED, RunResult, Snapshot};
+use super::{CALIBRATED, CALIBRATED_STATES, RunResult, Snapshot};
+use crate::estimation::state::StateValues;
 
 /// One run's errors over time, for a picture.
 #[derive(Clone, Debug)]
@@ -11,7 +12,7 @@ pub struct Trace {
     /// Number of the run.
     pub run: u64,
     /// Error of misalignment, biases and drifts at the time of every [`Point`], SI.
-    pub errors: Vec<SVector<f64, CALIBRATED>>,
+    pub errors: Vec<StateValues>,
 }
 
 /// Sums over the runs at one time.
@@ -20,9 +21,9 @@ pub struct Point {
     /// Since the start \[s\].
     pub time_s: f64,
     runs: u64,
-    squares: SVector<f64, CALIBRATED>,
-    normalized_squares: SVector<f64, CALIBRATED>,
-    variances: SVector<f64, CALIBRATED>,
+    squares: SVector<f64, CALIBRATED_STATES>,
+    normalized_squares: SVector<f64, CALIBRATED_STATES>,
+    variances: SVector<f64, CALIBRATED_STATES>,
     nees: f64,
     nees_runs: u64,
 }
@@ -62,24 +63,28 @@ impl Point {
     }
 
     /// Root mean square error over the runs, SI.
-    pub fn rms(&self) -> SVector<f64, CALIBRATED> {
-        (self.squares / self.runs as f64).map(f64::sqrt)
+    pub fn rms(&self) -> StateValues {
+        roots(&(self.squares / self.runs as f64))
     }
 
     /// One-sigma that the filters give, root mean square over the runs, SI.
-    pub fn sigma(&self) -> SVector<f64, CALIBRATED> {
-        (self.variances / self.runs as f64).map(f64::sqrt)
+    pub fn sigma(&self) -> StateValues {
+        roots(&(self.variances / self.runs as f64))
     }
 
     /// Root mean square of error over its own sigma; 1 where the filter is consistent.
-    pub fn rms_over_sigma(&self) -> SVector<f64, CALIBRATED> {
-        (self.normalized_squares / self.runs as f64).map(f64::sqrt)
+    pub fn rms_over_sigma(&self) -> StateValues {
+        roots(&(self.normalized_squares / self.runs as f64))
     }
 
     /// Mean normalized estimation error squared of the nine; 9 where the filter is consistent.
     pub fn mean_nees(&self) -> Option<f64> {
         (self.nees_runs > 0).then(|| self.nees / self.nees_runs as f64)
     }
+}
+
+fn roots(squares: &SVector<f64, CALIBRATED_STATES>) -> StateValues {
+    StateValues::of(&CALIBRATED, &squares.map(f64::sqrt))
 }
 
 /// Sums over any number of runs, and the traces of the first few.
@@ -109,7 +114,7 @@ impl Statistics {
                 errors: run
                     .snapshots
                     .iter()
-                    .map(Snapshot::calibrated_error)
+                    .map(|s| StateValues::of(&CALIBRATED, &s.calibrated_error()))
                     .collect(),
             });
         }
@@ -139,7 +144,7 @@ impl Statistics {
 /// Bounds between which the mean NEES of `runs` runs lies with probability `confidence`, for consistent filters: chi-square of
 /// `runs` · 9 degrees over `runs`.
 pub fn mean_nees_bounds(runs: u64, confidence: f64) -> [f64; 2] {
-    let degrees = (runs.max(1) * CALIBRATED as u64) as f64;
+    let degrees = (runs.max(1) * CALIBRATED_STATES as u64) as f64;
     let tail = 0.5 * (1.0 - confidence);
     // The distribution exists for every positive number of degrees.
     ChiSquared::new(degrees).map_or([0.0, f64::INFINITY], |d| {
@@ -185,13 +190,14 @@ mod tests {
             all.add(run, 3);
         }
         assert_eq!((merged.runs, merged.traces.len()), (4, 3));
+        let name = CALIBRATED[8].name;
         let by_hand = runs
             .iter()
-            .map(|r| r.snapshots[1].calibrated_error()[8].powi(2))
+            .map(|r| r.snapshots[1].error.value(name).unwrap().powi(2))
             .sum::<f64>();
         let rms = (by_hand / 4.0).sqrt();
-        assert!((all.end().unwrap().rms()[8] / rms - 1.0).abs() < 1e-12);
-        assert!((merged.end().unwrap().rms()[8] / rms - 1.0).abs() < 1e-12);
+        assert!((all.end().unwrap().rms().value(name).unwrap() / rms - 1.0).abs() < 1e-12);
+        assert!((merged.end().unwrap().rms().value(name).unwrap() / rms - 1.0).abs() < 1e-12);
         assert_eq!(merged.traces[2].errors, all.traces[2].errors);
     }
 }

@@ -10,7 +10,6 @@ use crate::sensor::Increment;
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::simulation::{ImuErrorSettings, ImuErrors, TruthSample};
-use crate::table::JointSample;
 use crate::time::Stamp;
 
 /// Turn of the ship in one sampling interval \[rad\].
@@ -82,6 +81,7 @@ impl Sea {
         let settings = ImuErrorSettings {
             errors: departure.errors,
             noise,
+            ..ImuErrorSettings::perfect()
         };
         Ok(Self {
             earth: LocalEarth::at(mooring.position.latitude_rad, mooring.position.height_m),
@@ -99,17 +99,12 @@ impl Sea {
         let middle = about_up(0.5 * angle) * self.attitude;
         self.attitude = about_up(angle) * self.attitude;
         let rate = self.earth.earth_rate() + Vector3::z() * (angle / INTERVAL_S);
-        self.imu.measure(&TruthSample {
-            stamp: self.stamp,
-            interval_nanos: (INTERVAL_S * 1e9) as i64,
-            angular_rate: middle.inverse() * rate,
-            specific_force: middle.inverse() * (Vector3::z() * self.earth.gravity_m_s2),
-            joints: JointSample {
-                stamp: self.stamp,
-                position: [0.0; 2],
-                velocity: [0.0; 2],
-            },
-        })
+        self.imu.measure(&TruthSample::steady(
+            self.stamp,
+            (INTERVAL_S * 1e9) as i64,
+            middle.inverse() * rate,
+            middle.inverse() * (Vector3::z() * self.earth.gravity_m_s2),
+        ))
     }
 
     /// Distance from the mooring \[m\].

@@ -6,20 +6,23 @@
 use super::Setting;
 use super::path::Path;
 use crate::error::Error;
-use crate::estimation::error_state::{StateVector, VELOCITY};
-use crate::estimation::groups::navigation::sensor_noise_rate;
+use crate::estimation::groups::navigation::{VELOCITY, sensor_noise_rate};
 use crate::estimation::kalman::{Kalman, ProcessNoise};
 use crate::estimation::measurement::{Measurement, Row};
 use crate::estimation::model::{Model, Paper};
+use crate::estimation::state::{StateValues, positions};
 use crate::table::scheme::Program;
 
+/// Rows of the velocities that are measured.
+const MEASURED: [usize; 2] = positions(Paper::LIST, VELOCITY);
+
 /// One-sigma of the states at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BoundPoint {
     /// From the start of the program \[s\].
     pub time_s: f64,
     /// After the measurement at that time.
-    pub sigma: StateVector,
+    pub sigma: StateValues,
 }
 
 /// The bound every `every_s` seconds (whole seconds, 1 or more), and at the end.
@@ -34,7 +37,7 @@ pub fn bound(program: &Program, setting: &Setting, every_s: u32) -> Result<Vec<B
     let steps = setting.duration_s.round() as u32;
     let mut points = vec![BoundPoint {
         time_s: 0.0,
-        sigma: kalman.sigma(),
+        sigma: StateValues::of(Paper::LIST, &kalman.sigma()),
     }];
     for (index, step) in (1..=steps).zip(Path::new(program, &setting.ship, setting.duration_s)) {
         let step = step?;
@@ -44,13 +47,13 @@ pub fn bound(program: &Program, setting: &Setting, every_s: u32) -> Result<Vec<B
         };
         let transition = setting.dynamics(&step.mean).transition();
         kalman.propagate(&transition, &noise)?;
-        for axis in 0..2 {
-            kalman.update(&Measurement::new(Row::unit(VELOCITY + axis), 0.0, variance));
+        for state in MEASURED {
+            kalman.update(&Measurement::new(Row::unit(state), 0.0, variance));
         }
         if index % every_s.max(1) == 0 || index == steps {
             points.push(BoundPoint {
                 time_s: step.time_s,
-                sigma: kalman.sigma(),
+                sigma: StateValues::of(Paper::LIST, &kalman.sigma()),
             });
         }
     }
@@ -58,7 +61,7 @@ pub fn bound(program: &Program, setting: &Setting, every_s: u32) -> Result<Vec<B
 }
 
 /// The first time from which every later point keeps `below` true; `None` where the end does not.
-pub fn settled_s(points: &[BoundPoint], below: impl Fn(&StateVector) -> bool) -> Option<f64> {
+pub fn settled_s(points: &[BoundPoint], below: impl Fn(&StateValues) -> bool) -> Option<f64> {
     let last_above = points.iter().rposition(|point| !below(&point.sigma));
     match last_above {
         None => points.first().map(|point| point.time_s),
@@ -70,7 +73,8 @@ pub fn settled_s(points: &[BoundPoint], below: impl Fn(&StateVector) -> bool) ->
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::estimation::error_state::{BIAS, DRIFT, STATES};
+    use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+    use crate::estimation::groups::navigation::POSITION;
     use crate::studies::monte_carlo::MonteCarlo;
     use crate::table::scheme::Scheme;
     use crate::units::{DEG_PER_HOUR, MICRO_G};
@@ -91,11 +95,9 @@ mod tests {
         monte_carlo.duration_s = 5400.0;
         monte_carlo.snapshots_s = vec![5400.0];
         let filter = &monte_carlo.run(0..1).unwrap()[0].snapshots[0];
-        for state in 2..STATES {
-            let (b, f) = (
-                bound.last().unwrap().sigma[state],
-                filter.covariance[(state, state)].sqrt(),
-            );
+        let end = &bound.last().unwrap().sigma;
+        for (state, b) in end.iter().filter(|(name, _)| !POSITION.contains(name)) {
+            let f = filter.covariance.sigma(state).unwrap();
             assert!((f / b - 1.0).abs() < 0.01, "{state}: {f} {b}");
         }
     }
@@ -107,15 +109,15 @@ mod tests {
         let scheme = Scheme::eight_position();
         let program = scheme.program(scheme.default_table()).unwrap();
         let points = bound(&program, &Setting::default(), 1).unwrap();
-        let hours = |state: usize, limit: f64| {
-            settled_s(&points, |sigma| sigma[state] < limit).unwrap() / 3600.0
+        let hours = |state: &str, limit: f64| {
+            settled_s(&points, |sigma| sigma.value(state).unwrap() < limit).unwrap() / 3600.0
         };
         for (axis, expected) in [1.16, 0.62, 0.59].into_iter().enumerate() {
-            let t = hours(DRIFT + axis, 0.002 * DEG_PER_HOUR);
+            let t = hours(GYROSCOPE_DRIFT[axis], 0.002 * DEG_PER_HOUR);
             assert!((t - expected).abs() < 0.02, "drift {axis}: {t}");
         }
         for (axis, expected) in [0.74, 0.16, 0.30].into_iter().enumerate() {
-            let t = hours(BIAS + axis, 10.0 * MICRO_G);
+            let t = hours(ACCELEROMETER_BIAS[axis], 10.0 * MICRO_G);
             assert!((t - expected).abs() < 0.02, "bias {axis}: {t}");
         }
     }

@@ -5,14 +5,14 @@
 //! singular value s says that the measurements know that combination s times better than it was known before.
 //! Process noise is left out here; it stands in the [`bound`](super::bound).
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 use super::Setting;
 use super::path::Path;
-use super::stripped::{singular, triangle};
+use super::stripped::{MEASURED, STATES, StateMatrix, singular, triangle};
 use crate::error::Error;
-use crate::estimation::error_state::{STATES, StateMatrix, StateVector, VELOCITY};
-use crate::estimation::model::Model;
+use crate::estimation::model::{Model, Paper};
+use crate::estimation::state::{StateLabel, StateValues};
 use crate::table::scheme::Program;
 
 /// Steps whose rows are gathered before they are made a triangle again.
@@ -21,19 +21,21 @@ const GATHERED: usize = 120;
 const HIDDEN_PART: f64 = 1e-6;
 
 /// One singular value and its direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Direction {
     /// How much better the measurements know it than it was known before.
     pub value: f64,
     /// The right singular vector, in units of the sigmas before.
-    pub vector: StateVector,
+    pub vector: StateValues,
     /// The state it is counted for: every state has one, the assignment that goes from the largest part down.
-    pub state: usize,
+    pub state: &'static StateLabel,
 }
 
 /// What the measurements say of one state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Degree {
+    /// The state.
+    pub state: &'static StateLabel,
     /// How much the state alone moves the measurements: the norm of its column.
     pub signal: f64,
     /// What is left of that once all other states are unknown as well: 1/√ of the inverse's diagonal. The state's sigma before,
@@ -44,10 +46,23 @@ pub struct Degree {
 /// Degrees of observability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Degrees {
-    /// Thirteen, from the best shown to the least.
+    /// As many as there are states, from the best shown to the least.
     pub directions: Vec<Direction>,
     /// One for every state.
-    pub states: [Degree; STATES],
+    pub states: Vec<Degree>,
+}
+
+impl Degrees {
+    /// That of a state.
+    pub fn of(&self, name: &str) -> Option<&Degree> {
+        self.states.iter().find(|degree| degree.state.name == name)
+    }
+
+    /// The singular value that is counted for a state.
+    pub fn singular_value(&self, name: &str) -> Option<f64> {
+        let own = self.directions.iter().find(|d| d.state.name == name);
+        own.map(|direction| direction.value)
+    }
 }
 
 /// Degrees of observability of a run.
@@ -67,7 +82,7 @@ pub fn degrees(program: &Program, setting: &Setting) -> Result<Degrees, Error> {
             break;
         }
         transition = setting.dynamics(&step.mean).transition().dense() * transition;
-        rows.push(transition.fixed_rows::<2>(VELOCITY) * scale);
+        rows.push(transition.select_rows(&MEASURED).fixed_rows::<2>(0) * scale);
         if rows.len() == GATHERED {
             seen = gather(&seen, &mut rows);
         }
@@ -76,7 +91,7 @@ pub fn degrees(program: &Program, setting: &Setting) -> Result<Degrees, Error> {
     let singular = singular(&seen);
     let largest = singular[0].0.max(f64::MIN_POSITIVE);
     let hidden = |value: f64| value < super::stripped::RANK_TOLERANCE * largest;
-    let states = std::array::from_fn(|state| {
+    let degree = |(state, label): (usize, &'static StateLabel)| {
         let variance: f64 = singular
             .iter()
             .map(|(value, v)| {
@@ -92,13 +107,14 @@ pub fn degrees(program: &Program, setting: &Setting) -> Result<Degrees, Error> {
             })
             .sum();
         Degree {
+            state: label,
             signal: seen.column(state).norm(),
             degree: variance.sqrt().recip(),
         }
-    });
+    };
     Ok(Degrees {
         directions: assign(&singular),
-        states,
+        states: Paper::LIST.iter().enumerate().map(degree).collect(),
     })
 }
 
@@ -113,7 +129,7 @@ fn gather(seen: &DMatrix<f64>, rows: &mut Vec<SMatrix<f64, 2, STATES>>) -> DMatr
 }
 
 /// One state for every direction, the largest parts first.
-fn assign(singular: &[(f64, StateVector)]) -> Vec<Direction> {
+fn assign(singular: &[(f64, SVector<f64, STATES>)]) -> Vec<Direction> {
     let mut parts: Vec<(f64, usize, usize)> = (0..STATES)
         .flat_map(|k| (0..STATES).map(move |i| (k, i)))
         .map(|(k, i)| (singular[k].1[i].abs(), k, i))
@@ -131,8 +147,8 @@ fn assign(singular: &[(f64, StateVector)]) -> Vec<Direction> {
         .zip(of_direction)
         .map(|((value, vector), state)| Direction {
             value: *value,
-            vector: *vector,
-            state: state.unwrap_or(0),
+            vector: StateValues::of(Paper::LIST, vector),
+            state: &Paper::LIST[state.unwrap_or(0)],
         })
         .collect()
 }
@@ -141,7 +157,8 @@ fn assign(singular: &[(f64, StateVector)]) -> Vec<Direction> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::estimation::error_state::{BIAS, DRIFT, LONGITUDE, MISALIGNMENT};
+    use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+    use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION};
     use crate::table::scheme::Scheme;
 
     fn of(scheme: &Scheme) -> Degrees {
@@ -154,20 +171,15 @@ mod tests {
     #[test]
     fn degrees_follow_the_scheme() {
         let (still, eight) = (of(&Scheme::stationary()), of(&Scheme::eight_position()));
-        assert!(still.states[LONGITUDE].degree == 0.0 && eight.states[LONGITUDE].degree == 0.0);
-        for state in [MISALIGNMENT, BIAS + 1, DRIFT, BIAS + 2] {
-            assert!(
-                still.states[state].degree < 1e-3,
-                "{state}: {:?}",
-                still.states[state]
-            );
+        let degree = |of: &Degrees, state: &str| of.of(state).unwrap().degree;
+        let longitude = POSITION[1];
+        assert!(degree(&still, longitude) == 0.0 && degree(&eight, longitude) == 0.0);
+        let [_, by, bz] = ACCELEROMETER_BIAS;
+        for state in [MISALIGNMENT[0], by, GYROSCOPE_DRIFT[0], bz] {
+            assert!(degree(&still, state) < 1e-3, "{state}");
         }
-        for state in MISALIGNMENT..STATES {
-            assert!(
-                eight.states[state].degree > 5.0,
-                "{state}: {:?}",
-                eight.states[state]
-            );
+        for state in [MISALIGNMENT, ACCELEROMETER_BIAS, GYROSCOPE_DRIFT].concat() {
+            assert!(degree(&eight, state) > 5.0, "{state}");
         }
     }
 
@@ -175,9 +187,10 @@ mod tests {
     #[test]
     fn directions_are_complete() {
         let d = of(&Scheme::eight_position());
-        let mut states: Vec<_> = d.directions.iter().map(|x| x.state).collect();
-        states.sort_unstable();
-        assert_eq!(states, (0..STATES).collect::<Vec<_>>());
+        for label in Paper::LIST {
+            let own = d.directions.iter().filter(|x| x.state == label);
+            assert_eq!(own.count(), 1, "{}", label.name);
+        }
         let total: f64 = d.directions.iter().map(|x| x.value.powi(2)).sum();
         let columns: f64 = d.states.iter().map(|s| s.signal.powi(2)).sum();
         assert!((total / columns - 1.0).abs() < 1e-9);

@@ -8,15 +8,15 @@
 //! a singular value below [`RANK_TOLERANCE`] of the largest is rounding, and no true one comes near. The report says
 //! how near: the smallest value kept and the largest dropped.
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 use super::dynamics_at_rest;
 use crate::earth::LocalEarth;
 use crate::error::Error;
-use crate::estimation::error_state::{
-    BIAS, DRIFT, LATITUDE, LONGITUDE, MISALIGNMENT, STATE_LABELS, STATES, StateMatrix, StateVector,
-    VELOCITY,
-};
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
+use crate::estimation::model::{Model, Paper};
+use crate::estimation::state::{StateValues, positions};
 use crate::simulation::Ship;
 use crate::studies::paper;
 use crate::table::scheme::{Program, SegmentKind};
@@ -26,11 +26,23 @@ pub const RANK_TOLERANCE: f64 = 1e-10;
 /// Parts of a hidden direction below this (in natural units, largest part 1) are rounding.
 const PART: f64 = 1e-8;
 
+/// States of the model.
+pub(super) const STATES: usize = Paper::N;
+type StateVector = SVector<f64, STATES>;
+pub(super) type StateMatrix = SMatrix<f64, STATES, STATES>;
+
+/// Rows of the velocities, which are measured.
+pub(super) const MEASURED: [usize; 2] = positions(Paper::LIST, VELOCITY);
+const POSITIONS: [usize; 2] = positions(Paper::LIST, POSITION);
+const ATTITUDE: [usize; 3] = positions(Paper::LIST, MISALIGNMENT);
+const BIASES: [usize; 3] = positions(Paper::LIST, ACCELEROMETER_BIAS);
+const DRIFTS: [usize; 3] = positions(Paper::LIST, GYROSCOPE_DRIFT);
+
 /// A combination of errors that the measurements cannot tell from nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HiddenDirection {
     /// SI units, scaled so that its first part is one field unit.
-    pub vector: StateVector,
+    pub vector: StateValues,
     /// In words, such as "misalignment up 1 arcsec with gyroscope drift x -5.1e-5 deg/h".
     pub words: String,
 }
@@ -92,13 +104,13 @@ pub fn ranks(program: &Program, ship: &Ship, cycles: u32) -> Result<Vec<RankAfte
 /// One natural unit of every state in SI.
 fn natural_units(earth: &LocalEarth, schuler: f64) -> StateVector {
     let mut units = StateVector::repeat(1.0);
-    for i in VELOCITY..MISALIGNMENT {
+    for i in MEASURED {
         units[i] = earth.gravity_m_s2 / schuler;
     }
-    for i in BIAS..DRIFT {
+    for i in BIASES {
         units[i] = earth.gravity_m_s2;
     }
-    for i in DRIFT..STATES {
+    for i in DRIFTS {
         units[i] = schuler;
     }
     units
@@ -107,8 +119,9 @@ fn natural_units(earth: &LocalEarth, schuler: f64) -> StateVector {
 /// `seen` with \[H; H F; …\] below it.
 fn stack(seen: &DMatrix<f64>, f: &StateMatrix) -> DMatrix<f64> {
     let mut rows = nalgebra::SMatrix::<f64, 2, STATES>::zeros();
-    rows[(0, VELOCITY)] = 1.0;
-    rows[(1, VELOCITY + 1)] = 1.0;
+    for (row, state) in MEASURED.into_iter().enumerate() {
+        rows[(row, state)] = 1.0;
+    }
     let above = seen.nrows();
     let mut stacked = DMatrix::zeros(above + 2 * STATES, STATES);
     stacked.rows_mut(0, above).copy_from(seen);
@@ -164,19 +177,19 @@ fn judge(seen: &DMatrix<f64>, units: &StateVector) -> RankAfterDwell {
 fn sparse_basis(mut basis: Vec<StateVector>) -> Vec<(usize, StateVector)> {
     // Attitude errors lead; sensor errors follow from them. Position stands last but one, velocity is measured.
     let order = [
-        LONGITUDE,
-        MISALIGNMENT + 2,
-        MISALIGNMENT,
-        MISALIGNMENT + 1,
-        LATITUDE,
-        BIAS + 2,
-        BIAS,
-        BIAS + 1,
-        DRIFT + 2,
-        DRIFT,
-        DRIFT + 1,
-        VELOCITY,
-        VELOCITY + 1,
+        POSITIONS[1],
+        ATTITUDE[2],
+        ATTITUDE[0],
+        ATTITUDE[1],
+        POSITIONS[0],
+        BIASES[2],
+        BIASES[0],
+        BIASES[1],
+        DRIFTS[2],
+        DRIFTS[0],
+        DRIFTS[1],
+        MEASURED[0],
+        MEASURED[1],
     ];
     let mut done: Vec<(usize, StateVector)> = Vec::new();
     for state in order {
@@ -204,9 +217,9 @@ fn sparse_basis(mut basis: Vec<StateVector>) -> Vec<(usize, StateVector)> {
 }
 
 fn in_words(first: usize, vector: &StateVector) -> HiddenDirection {
-    let vector = vector * (STATE_LABELS[first].scale / vector[first]);
+    let vector = vector * (Paper::LIST[first].scale / vector[first]);
     let part = |state: usize| {
-        let label = &STATE_LABELS[state];
+        let label = &Paper::LIST[state];
         let value = format!("{:.3}", vector[state] / label.scale);
         // Small parts keep their digits.
         let value = match value.trim_start_matches('-') {
@@ -223,11 +236,14 @@ fn in_words(first: usize, vector: &StateVector) -> HiddenDirection {
         .map(part)
         .collect();
     let words = if others.is_empty() {
-        format!("{} alone", STATE_LABELS[first].words)
+        format!("{} alone", Paper::LIST[first].words)
     } else {
         format!("{} with {}", part(first), others.join(", "))
     };
-    HiddenDirection { vector, words }
+    HiddenDirection {
+        vector: StateValues::of(Paper::LIST, &vector),
+        words,
+    }
 }
 
 #[cfg(test)]
@@ -295,7 +311,8 @@ mod tests {
             .find(|h| h.words.starts_with("misalignment up"))
             .unwrap();
         let earth = LocalEarth::at(Ship::default().latitude_rad, 0.0);
-        let ratio = azimuth.vector[DRIFT] / azimuth.vector[MISALIGNMENT + 2];
+        let part = |h: &HiddenDirection, state| h.vector.value(state).unwrap();
+        let ratio = part(azimuth, GYROSCOPE_DRIFT[0]) / part(azimuth, MISALIGNMENT[2]);
         assert!(
             (ratio.abs() / earth.earth_rate().y - 1.0).abs() < 1e-6,
             "{}",
@@ -306,7 +323,7 @@ mod tests {
             .iter()
             .find(|h| h.words.starts_with("misalignment east"))
             .unwrap();
-        let ratio = level.vector[BIAS + 1] / level.vector[MISALIGNMENT];
+        let ratio = part(level, ACCELEROMETER_BIAS[1]) / part(level, MISALIGNMENT[0]);
         assert!(
             (ratio.abs() / earth.gravity_m_s2 - 1.0).abs() < 1e-6,
             "{}",

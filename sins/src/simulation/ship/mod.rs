@@ -1,4 +1,12 @@
-//! The ship: where it is and how it lies.
+//! The ship: where it is, how it lies, and how it moves.
+
+mod course;
+mod motion;
+mod sea;
+
+pub use course::{Course, Swing};
+pub use motion::{MotionSettings, ShipMotion};
+pub use sea::{Hull, WaveSystem};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -6,9 +14,7 @@ use crate::earth::LocalEarth;
 use crate::error::Error;
 use crate::range;
 
-/// A ship at rest on the earth (moored, or ashore).
-///
-/// The plant asks only for [`Ship::at`] and [`Ship::is_at_rest`]; a moving sea comes in there.
+/// Where a ship lies on the earth and how, in a calm. How she moves about that is [`ShipMotion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ship {
     /// Geodetic latitude, WGS-84 \[rad\].
@@ -46,7 +52,11 @@ pub struct ShipState {
     pub attitude: UnitQuaternion<f64>,
     /// Against inertial space, in v \[rad/s\].
     pub angular_rate: Vector3<f64>,
-    /// At the IMU, in v \[m/s²\].
+    /// Its derivative, in v \[rad/s²\].
+    pub angular_acceleration: Vector3<f64>,
+    /// Against n (East-North-Up), in v \[rad/s\].
+    pub rate_over_level: Vector3<f64>,
+    /// At the table's centre, in v \[m/s²\].
     pub specific_force: Vector3<f64>,
     /// Over the earth, in n \[m/s\].
     pub velocity: Vector3<f64>,
@@ -78,11 +88,6 @@ impl Ship {
         Ok(())
     }
 
-    /// Whether the state never changes, so that a table at rest makes every sample the same.
-    pub fn is_at_rest(&self) -> bool {
-        true
-    }
-
     /// C_v^n = R_z(−heading) R_x(pitch) R_y(roll).
     fn attitude(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -self.heading_rad)
@@ -90,13 +95,15 @@ impl Ship {
             * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.roll_rad)
     }
 
-    /// The state `seconds` after the start of the simulation: at rest, the earth's rate and gravity are all there is.
+    /// The state of a ship at rest, at any time: the earth's rate and gravity are all there is.
     pub fn at(&self, _seconds: f64) -> ShipState {
         let earth = LocalEarth::at(self.latitude_rad, self.height_m);
         let attitude = self.attitude();
         ShipState {
             attitude,
             angular_rate: attitude.inverse() * earth.earth_rate(),
+            angular_acceleration: Vector3::zeros(),
+            rate_over_level: Vector3::zeros(),
             specific_force: attitude.inverse() * Vector3::new(0.0, 0.0, earth.gravity_m_s2),
             velocity: Vector3::zeros(),
             latitude_rad: self.latitude_rad,

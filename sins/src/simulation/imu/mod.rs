@@ -1,6 +1,20 @@
 //! The error model of the simulated IMU.
 //!
-//! Deterministic errors are [`SensorErrors`]; white noise by density comes on top, with σ = density/√dt for one sample.
+//! Deterministic errors are [`SensorErrors`], made from what each sensor truly feels (an accelerometer at its own place, squares
+//! before they are averaged), and not by the formulas that a filter takes them out with. What no filter knows comes beside
+//! them: an asymmetric scale factor, all that [wanders](Wandering), and what the [electronics](OutputSettings) make of a sample.
+//! White noise by density comes on top, with σ = density/√dt for one sample.
+
+#[cfg(test)]
+mod effects;
+mod output;
+mod wandering;
+
+pub use output::OutputSettings;
+pub use wandering::Wandering;
+
+use output::Electronics;
+use wandering::{Walker, Wandered};
 
 use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
@@ -9,7 +23,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use super::{Stream, TruthSample, generator};
 use crate::error::Error;
 use crate::range;
-use crate::sensor::errors::{BlockMotion, SensorErrors};
+use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
@@ -49,10 +63,16 @@ impl NoiseReading {
 /// What is wrong with the IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuErrorSettings {
-    /// Drift, bias, scale factors and installation angles.
+    /// The errors of the model. The delay of the accelerometers is made by the plant, which has to be told the same.
     pub errors: SensorErrors,
     /// White noise.
     pub noise: NoiseDensity,
+    /// Half the difference of a gyroscope's scale factors for positive and negative rates: error a |ω|.
+    pub gyroscope_asymmetry: Vector3<f64>,
+    /// What does not stand still.
+    pub wandering: Wandering,
+    /// How samples leave.
+    pub output: OutputSettings,
 }
 
 impl Default for ImuErrorSettings {
@@ -64,6 +84,7 @@ impl Default for ImuErrorSettings {
                 Vector3::repeat(100.0 * MICRO_G),
             ),
             noise: NoiseReading::D.density(),
+            ..Self::perfect()
         }
     }
 }
@@ -77,6 +98,9 @@ impl ImuErrorSettings {
                 gyroscope: Vector3::zeros(),
                 accelerometer: Vector3::zeros(),
             },
+            gyroscope_asymmetry: Vector3::zeros(),
+            wandering: Wandering::default(),
+            output: OutputSettings::default(),
         }
     }
 
@@ -90,7 +114,7 @@ impl ImuErrorSettings {
                 .iter()
                 .try_for_each(|value| range(name, *value).map(|_| ()))
         };
-        let Self { errors, noise } = self;
+        let Self { errors, noise, .. } = self;
         for (name, values) in [
             ("gyroscope drift [rad/s]", errors.gyroscope_drift.as_slice()),
             (
@@ -102,6 +126,22 @@ impl ImuErrorSettings {
                 "accelerometer matrix K_a",
                 errors.accelerometer_matrix.as_slice(),
             ),
+            (
+                "accelerometer quadratic K_2 [1/(m/s²)]",
+                errors.accelerometer_quadratic.as_slice(),
+            ),
+            (
+                "accelerometer arm [m]",
+                errors.accelerometer_arms.as_slice(),
+            ),
+            (
+                "g-sensitivity [rad/s per m/s²]",
+                errors.gyroscope_g_sensitivity.as_slice(),
+            ),
+            (
+                "asymmetry of the gyroscopes",
+                self.gyroscope_asymmetry.as_slice(),
+            ),
         ] {
             each(name, values, range::finite)?;
         }
@@ -111,6 +151,8 @@ impl ImuErrorSettings {
         ] {
             each(name, density.as_slice(), range::not_negative)?;
         }
+        self.wandering.validate()?;
+        self.output.validate()?;
         let k = &errors.accelerometer_matrix;
         each(
             "accelerometer matrix K_a above its diagonal",
@@ -125,6 +167,8 @@ impl ImuErrorSettings {
 pub struct ImuErrors {
     settings: ImuErrorSettings,
     generator: Xoshiro256PlusPlus,
+    walker: Walker,
+    electronics: Electronics,
 }
 
 impl ImuErrors {
@@ -137,6 +181,8 @@ impl ImuErrors {
         Ok(Self {
             settings,
             generator: generator(seed, Stream::Imu),
+            walker: Walker::new(settings.wandering, seed),
+            electronics: Electronics::new(settings.output, seed),
         })
     }
 
@@ -152,17 +198,56 @@ impl ImuErrors {
         let noise = self.settings.noise;
         let gyroscope_noise = self.normals().component_mul(&noise.gyroscope) * root;
         let accelerometer_noise = self.normals().component_mul(&noise.accelerometer) * root;
-        let (rate, force) = self.settings.errors.corrupt(&BlockMotion::steady(
-            truth.angular_rate,
-            truth.specific_force,
-        ));
-        ImuSample {
+        self.walker.pass(truth.interval_nanos as f64 * 1e-9);
+        let errors = self.errors();
+        // Each accelerometer feels the specific force at its own place.
+        let by_arms = Vector3::from_fn(|i, _| {
+            let arms = &truth.accelerometers.lever;
+            arms.row(i).dot(&errors.accelerometer_arms.row(i))
+        });
+        let centre = truth.accelerometers.specific_force;
+        let felt = centre + by_arms;
+        // The average of the square at that place, but for how the arm's part goes with the rest within the interval.
+        let square = truth.accelerometers.specific_force_square
+            + (2.0 * centre + by_arms).component_mul(&by_arms);
+        let rate = truth.angular_rate
+            + errors.gyroscope_matrix * truth.angular_rate
+            + errors.gyroscope_drift
+            + errors.gyroscope_g_sensitivity * truth.specific_force
+            + self
+                .settings
+                .gyroscope_asymmetry
+                .component_mul(&truth.angular_rate_magnitude);
+        let force = felt
+            + errors.accelerometer_matrix * felt
+            + errors.accelerometer_bias
+            + errors.accelerometer_quadratic.component_mul(&square);
+        let sample = ImuSample {
             stamp: truth.stamp,
             angular_rate: rate + gyroscope_noise,
             specific_force: force + accelerometer_noise,
             angular_rate_variance: noise.gyroscope.map(|d| d * d * per_second),
             specific_force_variance: noise.accelerometer.map(|d| d * d * per_second),
+        };
+        self.electronics.pass(sample, truth.interval_nanos)
+    }
+
+    /// The errors as they stand now: the constant ones and what has been wandered since.
+    pub fn errors(&self) -> SensorErrors {
+        let Wandered {
+            gyroscope_drift,
+            accelerometer_bias,
+            gyroscope_scale,
+            accelerometer_scale,
+        } = self.walker.wandered();
+        let mut errors = self.settings.errors;
+        errors.gyroscope_drift += gyroscope_drift;
+        errors.accelerometer_bias += accelerometer_bias;
+        for axis in 0..3 {
+            errors.gyroscope_matrix[(axis, axis)] += gyroscope_scale[axis];
+            errors.accelerometer_matrix[(axis, axis)] += accelerometer_scale[axis];
         }
+        errors
     }
 
     fn normals(&mut self) -> Vector3<f64> {
