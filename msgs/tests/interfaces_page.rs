@@ -133,8 +133,9 @@ fn table_of(node: &str) -> String {
         for row in all() {
             let (end, qos) = match row.kind {
                 InterfaceKind::Topic(qos) => (["subscribes", "publishes"], words(qos)),
-                InterfaceKind::Service => (["serves", "asks"], String::new()),
-                InterfaceKind::Action => (["serves", "asks"], String::new()),
+                InterfaceKind::Service | InterfaceKind::Action => {
+                    (["serves", "asks"], String::new())
+                }
             };
             let others = if given { row.from } else { row.to };
             if others.contains(&node) {

@@ -38,15 +38,19 @@ fn line_of(buffer: &Buffer, line: usize) -> Markup {
     let columns = usize::from(buffer.area().width);
     let cells = &buffer.content()[line * columns..(line + 1) * columns];
     let y = MARGIN + line * CELL[1] + BASELINE;
-    let mut at = 0;
+    let runs = cells
+        .chunk_by(|a, b| look(a) == look(b))
+        .scan(0, |end, run| {
+            let start = *end;
+            *end += run.len();
+            Some((start, run))
+        });
     html! {
-        @for run in cells.chunk_by(|a, b| look(a) == look(b)) {
+        @for (start, run) in runs {
             @let text: String = run.iter().map(Cell::symbol).collect();
-            @let from = at;
-            @let _ = at += run.len();
             @if !text.trim().is_empty() {
                 @let (colour, is_bold) = look(&run[0]);
-                text x=(MARGIN + from * CELL[0]) y=(y) fill=(colour) xml:space="preserve"
+                text x=(MARGIN + start * CELL[0]) y=(y) fill=(colour) xml:space="preserve"
                     textLength=(text.chars().count() * CELL[0]) font-weight=[is_bold.then_some("bold")] { (text) }
                 "\n"
             }
