@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 ACTION = "/turntable/follow_joint_trajectory"
 NAMES = ["outer_joint", "inner_joint"]
-LONG = 60.0
+LONG = 600.0
 UNDER_WAY = (SchemeStatus.WAITING_FOR_TABLE, SchemeStatus.DWELLING, SchemeStatus.ROTATING)
 
 rclpy.init()
@@ -29,7 +29,7 @@ node = rclpy.create_node("table")
 group = ReentrantCallbackGroup()
 executor = MultiThreadedExecutor(num_threads=8)
 executor.add_node(node)
-state = {"way": "obey", "position": [0.0, 0.0], "moving": [0.0, 0.0], "goals": 0, "cancels": 0, "statuses": []}
+state = {"way": "obey", "position": [0.0, 0.0], "moving": [0.0, 0.0], "goals": 0, "cancels": 0, "statuses": [], "asked": False}
 joint_states = node.create_publisher(JointState, "/turntable/joint_states", reliable(100))
 
 
@@ -82,6 +82,9 @@ def execute(goal):
 
 
 def decide(_):
+    if state["way"] == "late":
+        state["asked"] = True
+        wait(lambda: state["way"] != "late", "the table may answer")
     return GoalResponse.REJECT if state["way"] == "reject" else GoalResponse.ACCEPT
 
 
@@ -128,14 +131,16 @@ def newest():
 
 def run(way):
     """Starts the scheme with a table that goes this way, and waits until a goal has come."""
-    state.update(way=way, position=[0.0, 0.0], moving=[0.0, 0.0], goals=0, cancels=0, statuses=[])
+    state.update(way=way, position=[0.0, 0.0], moving=[0.0, 0.0], goals=0, cancels=0, statuses=[], asked=False)
     if not ask("start"):
         raise SystemExit(f"{way}: the scheme does not start")
     # What was said of the run before may still be under way: only what comes from the start on is of this one.
     wait(lambda: any(status.state in UNDER_WAY for status in state["statuses"]), f"{way}: the scheme is under way")
     while state["statuses"][0].state not in UNDER_WAY:
         state["statuses"].pop(0)
-    if way != "reject":
+    if way == "late":
+        wait(lambda: state["asked"], f"{way}: the table is asked")
+    elif way != "reject":
         wait(lambda: state["goals"] > 0, f"{way}: a goal")
 
 
@@ -173,6 +178,14 @@ def runs():
     # The fault is told before the goal is cancelled.
     wait(lambda: state["cancels"] > 0, "the motion without an end is cancelled")
     found["never cancelled"] = state["cancels"]
+
+    # Aborted while the table still owes its answer; the goal that it then accepts is not wanted any more.
+    run("late")
+    aborted = ask("abort")
+    wait(lambda: newest().state == SchemeStatus.ABORTED, "aborted")
+    found["late"] = {"aborted": aborted, "goals_until_then": state["goals"]}
+    state["way"] = "hold"
+    wait(lambda: state["cancels"] > 0 and state["goals"] > 0, "the late goal is cancelled")
 
     run("hold")
     call(CancelGoal, f"{ACTION}/_action/cancel_goal", CancelGoal.Request())

@@ -167,7 +167,7 @@ impl FilterParameters {
 
 /// Parameters of what any alignment on samples needs, with the defaults of these settings.
 pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
-    ParameterSet::new("Filter", FilterParameters::from(base))
+    let set = ParameterSet::new("Filter", FilterParameters::from(base))
         .include(axes(), |s| &mut s.settings.turntable)
         .uniform(
             "angle_random_walk_deg_per_sqrt_hour",
@@ -237,8 +237,13 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
             1.0..=1e9,
             |s| &mut s.settings.gate_sigmas,
             "A measured velocity or position further off than so many sigmas is left out, and counted",
-        )
-        .group("Range")
+        );
+    range(set)
+}
+
+/// What the sensors can give.
+fn range(set: ParameterSet<FilterParameters>) -> ParameterSet<FilterParameters> {
+    set.group("Range")
         .number(
             "rate_limit_rad_s",
             Unit::RADIAN_PER_SECOND,

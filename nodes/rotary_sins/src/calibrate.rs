@@ -2,14 +2,14 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use analysis::{Calibrator, Notes};
+use analysis::Notes;
 use anyhow::Context;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
-    machines::self_calibration::{Estimate, Event, Verdict},
+    machines::self_calibration::{Estimate, Event, SelfCalibration, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -89,10 +89,12 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
-    let mut calibrator = Calibrator::new(&settings)?;
+    let mut calibrator = SelfCalibration::new(settings.clone())?;
     let mut said = 0.0;
     let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
-        calibrator.push(&sample)?;
+        if let Some(reading) = sample.reading() {
+            calibrator.push(&reading)?;
+        }
         while let Some(event) = calibrator.poll() {
             told.event(&event);
             if let Event::Estimate(estimate) = &event
@@ -105,7 +107,6 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         Ok(ControlFlow::Continue(()))
     })?;
     let estimate = calibrator
-        .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
     while let Some(event) = calibrator.poll() {

@@ -45,12 +45,14 @@ pub mod joint_history;
 mod lane;
 pub mod order;
 pub mod plausibility;
+mod reading;
 
 use counts::{Refused, StreamCounts};
 use joint_history::JointHistory;
 use lane::Lane;
 use order::{EpochCause, Follows, Ordered, StampOrder};
 use plausibility::{SensorRange, Sieve, Sifted};
+pub use reading::Reading;
 
 use crate::error::Error;
 use crate::sensor::{ImuSample, Increment, PositionMeasurement, VelocityMeasurement};
@@ -59,14 +61,13 @@ use crate::time::{Stamp, seconds_to_nanos};
 
 /// How long a sample behind a hole waits for the joint state of its time, by the stamps \[s\].
 const HOLE_PATIENCE_S: f64 = 2.0;
-/// A hole longer than this ends an epoch, whatever the encoders say \[s\].
-const LONGEST_TOLD_HOLE_S: f64 = 3600.0;
-
 /// Settings of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
     /// A longer hole begins an epoch, unless the joints tell the turn in it \[s\].
     pub longest_bridge_s: f64,
+    /// A longer hole begins an epoch, whatever the joints tell \[s\].
+    pub longest_told_hole_s: f64,
     /// How much later than a sample its joint state may come \[s\]; 0: only samples behind a hole wait.
     pub joint_patience_s: f64,
     /// How much later than a sample its velocity may come \[s\]; none: velocities are left aside.
@@ -81,6 +82,7 @@ impl Default for StreamSettings {
     fn default() -> Self {
         Self {
             longest_bridge_s: 5.0,
+            longest_told_hole_s: 3600.0,
             joint_patience_s: 0.0,
             velocity_patience_s: None,
             position_patience_s: None,
@@ -395,7 +397,7 @@ impl Stream {
             sigma_rad: from.1.hypot(to.1),
         });
         let longest_s = if turned.is_some() {
-            LONGEST_TOLD_HOLE_S
+            self.settings.longest_told_hole_s
         } else {
             self.settings.longest_bridge_s
         };

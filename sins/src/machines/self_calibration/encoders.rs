@@ -123,7 +123,13 @@ impl Encoders {
         }
         let angles = joints.angles_at(stamp);
         let before = self.before.take();
-        self.measure(stamp, carried, angles, before, turntable, accuracy, filter);
+        let reading = EncoderReading {
+            turntable,
+            angles,
+            sigma_rad: accuracy.sigma_rad,
+            wobble_sigma_rad: accuracy.wobble_sigma_rad,
+        };
+        self.measure(stamp, carried, before, &reading, filter);
         self.before = Some((stamp, angles, filter.navigation().attitude));
     }
 
@@ -140,17 +146,16 @@ impl Encoders {
         &mut self,
         stamp: Stamp,
         carried: &UnitQuaternion<f64>,
-        angles: [f64; 2],
         before: Option<Before>,
-        turntable: Turntable,
-        accuracy: &EncoderAccuracy,
+        reading: &EncoderReading,
         filter: &mut AnyFilter,
     ) {
         let Some((then, angles_then, attitude_then)) = before else {
             return;
         };
         let seconds = stamp.seconds_since(then);
-        let rests = (0..2).all(|joint| (angles[joint] - angles_then[joint]).abs() < MOVED_RAD);
+        let rests =
+            (0..2).all(|joint| (reading.angles[joint] - angles_then[joint]).abs() < MOVED_RAD);
         if !(rests && seconds > 0.0 && seconds < 10.0) {
             return;
         }
@@ -166,13 +171,7 @@ impl Encoders {
             return;
         }
         filter.set_base_walk(self.walk(filter));
-        let reading = EncoderReading {
-            turntable,
-            angles,
-            sigma_rad: accuracy.sigma_rad,
-            wobble_sigma_rad: accuracy.wobble_sigma_rad,
-        };
-        let outcomes = filter.update_encoders(&reading, Some(GATE));
+        let outcomes = filter.update_encoders(reading, Some(GATE));
         if outcomes
             .iter()
             .all(|outcome| matches!(outcome, Outcome::Refused))

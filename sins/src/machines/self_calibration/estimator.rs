@@ -289,28 +289,7 @@ impl Estimator {
             walk: self.settings.walk,
             noise,
         };
-        let (settings, initial) = (&self.settings, &self.settings.prior);
-        let filter: AnyFilter = match settings.model {
-            ModelChoice::Paper => beginning.filter(initial.model())?.into(),
-            ModelChoice::Whole => {
-                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
-                let mut initial = *initial;
-                let [drift, bias] = grade.drift_and_bias();
-                let wider =
-                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
-                wider(&mut initial.gyroscope_drift_rad_s, drift);
-                wider(&mut initial.accelerometer_bias_m_s2, bias);
-                let groups = settings.groups.resolved(grade);
-                let azimuth =
-                    azimuth_prior_rad(&initial.gyroscope_drift_rad_s, position.latitude_rad.cos());
-                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
-                let model = groups.model(&initial);
-                beginning
-                    .filter(model)?
-                    .with_turn_noise(groups.turn_noise)
-                    .into()
-            }
-        };
+        let filter = beginning.any_filter(&self.settings)?;
         let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
             let mut run = Running {
@@ -436,6 +415,33 @@ struct Beginning<'a> {
 }
 
 impl Beginning<'_> {
+    /// The filter of the model that the settings choose.
+    fn any_filter(&self, settings: &Settings) -> Result<AnyFilter, Error> {
+        let (initial, noise) = (&settings.prior, &self.noise);
+        Ok(match settings.model {
+            ModelChoice::Paper => self.filter(initial.model())?.into(),
+            ModelChoice::Whole => {
+                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
+                let mut initial = *initial;
+                let [drift, bias] = grade.drift_and_bias();
+                let wider =
+                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
+                wider(&mut initial.gyroscope_drift_rad_s, drift);
+                wider(&mut initial.accelerometer_bias_m_s2, bias);
+                let groups = settings.groups.resolved(grade);
+                let azimuth = azimuth_prior_rad(
+                    &initial.gyroscope_drift_rad_s,
+                    self.place.position.latitude_rad.cos(),
+                );
+                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
+                let model = groups.model(&initial);
+                self.filter(model)?
+                    .with_turn_noise(groups.turn_noise)
+                    .into()
+            }
+        })
+    }
+
     fn filter<G: Model<M, N>, const M: usize, const N: usize>(
         &self,
         model: G,

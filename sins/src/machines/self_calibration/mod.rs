@@ -42,8 +42,8 @@ pub use thresholds::Thresholds;
 use crate::earth::Position;
 use crate::error::Error;
 use crate::sensor::{ImuSample, PositionMeasurement, VelocityMeasurement};
-use crate::stream::Stream;
 use crate::stream::joint_history::JointHistory;
+use crate::stream::{Reading, Stream};
 use crate::table::JointSample;
 use crate::time::Stamp;
 
@@ -123,6 +123,23 @@ impl SelfCalibration {
         self.estimator.set_thresholds(thresholds);
         self.estimator
             .tell_phase(self.stream.newest().unwrap_or_default(), &self.stream);
+    }
+
+    /// Takes a reading of any kind, as it comes.
+    ///
+    /// # Errors
+    /// As [`Self::push_fix`], [`Self::push_joints`] and [`Self::push_velocity`].
+    pub fn push(&mut self, reading: &Reading) -> Result<(), Error> {
+        match reading {
+            Reading::Imu(sample) => {
+                self.push_imu(sample);
+                Ok(())
+            }
+            Reading::Joints(joints) => self.push_joints(*joints),
+            Reading::Position(position) => self.push_position(*position),
+            Reading::Fix(fix) => self.push_fix(*fix),
+            Reading::Velocity(stamp, velocity) => self.push_velocity(*stamp, *velocity),
+        }
     }
 
     /// Takes a position. The first one of an epoch counts; the ship lies at her mooring.

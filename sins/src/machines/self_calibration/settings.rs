@@ -193,18 +193,30 @@ pub fn default_noise() -> NoiseDensity {
     }
 }
 
+/// The mooring keeps the ship and the encoders tell the table's turn: so long they are believed together \[s\].
+const LONGEST_TOLD_HOLE_S: f64 = 3600.0;
+
+fn positive(name: &str, value: f64) -> Result<(), Error> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::setting(name, value, "a positive number"))
+    }
+}
+
 impl Settings {
     /// The normalized innovation squared beyond which a measurement is left out.
     pub(super) fn gate(&self) -> Option<f64> {
         self.gate_sigmas
             .is_finite()
-            .then(|| self.gate_sigmas * self.gate_sigmas)
+            .then_some(self.gate_sigmas * self.gate_sigmas)
     }
 
     /// Settings of the stream that feeds the machine.
     pub(in crate::machines) fn stream(&self) -> StreamSettings {
         StreamSettings {
             longest_bridge_s: self.restart_gap_s,
+            longest_told_hole_s: LONGEST_TOLD_HOLE_S,
             joint_patience_s: 0.0,
             velocity_patience_s: match self.reference {
                 Reference::Measured { patience_s } => Some(patience_s),
@@ -220,18 +232,40 @@ impl Settings {
         }
     }
 
+    fn check_reference(&self) -> Result<(), Error> {
+        match self.reference {
+            Reference::Moored { sigma_m_s } => positive("reference.sigma_m_s", sigma_m_s)?,
+            Reference::Measured { patience_s } | Reference::Position { patience_s } => {
+                positive("reference.patience_s", patience_s)?;
+            }
+            Reference::Auto {
+                sigma_m_s,
+                patience_s,
+            } => {
+                positive("reference.sigma_m_s", sigma_m_s)?;
+                positive("reference.patience_s", patience_s)?;
+            }
+        }
+        if !self.antenna.arm_m.iter().all(|v| v.is_finite()) || !self.antenna.latency_s.is_finite()
+        {
+            let given = format!("{:?}", self.antenna);
+            return Err(Error::setting("antenna", given, "finite numbers"));
+        }
+        if self.gate_sigmas.is_nan() || self.gate_sigmas < 1.0 {
+            return Err(Error::setting(
+                "gate_sigmas",
+                self.gate_sigmas,
+                "at least 1",
+            ));
+        }
+        Ok(())
+    }
+
     /// Refuses values that mean nothing.
     ///
     /// # Errors
     /// [`Error::Setting`] with the name of the first setting that is out of range.
     pub fn check(&self) -> Result<(), Error> {
-        let positive = |name: &str, value: f64| {
-            if value.is_finite() && value > 0.0 {
-                Ok(())
-            } else {
-                Err(Error::setting(name, value, "a positive number"))
-            }
-        };
         positive("step_s", self.step_s)?;
         positive("coarse_alignment_s", self.coarse_alignment_s)?;
         positive("coarse_alignment_min_s", self.coarse_alignment_min_s)?;
@@ -287,31 +321,7 @@ impl Settings {
         ] {
             vector.iter().try_for_each(|v| positive(name, *v))?;
         }
-        match self.reference {
-            Reference::Moored { sigma_m_s } => positive("reference.sigma_m_s", sigma_m_s)?,
-            Reference::Measured { patience_s } | Reference::Position { patience_s } => {
-                positive("reference.patience_s", patience_s)?;
-            }
-            Reference::Auto {
-                sigma_m_s,
-                patience_s,
-            } => {
-                positive("reference.sigma_m_s", sigma_m_s)?;
-                positive("reference.patience_s", patience_s)?;
-            }
-        }
-        if !self.antenna.arm_m.iter().all(|v| v.is_finite()) || !self.antenna.latency_s.is_finite()
-        {
-            let given = format!("{:?}", self.antenna);
-            return Err(Error::setting("antenna", given, "finite numbers"));
-        }
-        if self.gate_sigmas.is_nan() || self.gate_sigmas < 1.0 {
-            return Err(Error::setting(
-                "gate_sigmas",
-                self.gate_sigmas,
-                "at least 1",
-            ));
-        }
+        self.check_reference()?;
         if let Some(noise) = &self.noise {
             for value in noise.gyroscope.iter().chain(&noise.accelerometer) {
                 if !(value.is_finite() && *value >= 0.0) {
