@@ -52,7 +52,7 @@ struct Outcome {
 }
 
 fn run(
-    world: SimulatorSettings,
+    world: &SimulatorSettings,
     settings: Settings,
     hours: f64,
     mut alter: impl FnMut(&mut Tick),
@@ -61,8 +61,8 @@ fn run(
     let program = scheme.program(world.plant.turntable).unwrap();
     let sequencer = Sequencer::new(program, SequencerSettings::default()).unwrap();
     let mut machine = SelfCalibration::new(settings).unwrap();
-    let mut simulation = Run::new(Simulator::new(world).unwrap(), sequencer, hours * 3600.0);
-    while let Some(tick) = simulation.next() {
+    let mut simulation = Run::new(Simulator::new(*world).unwrap(), sequencer, hours * 3600.0);
+    for tick in simulation.by_ref() {
         let mut tick = tick.unwrap();
         alter(&mut tick);
         if let Some(fix) = tick.position {
@@ -143,7 +143,7 @@ impl Outcome {
 fn real_sensors_are_calibrated() {
     let mut sum = 0.0;
     for seed in 1..=20 {
-        let outcome = run(world(seed), settings(), 4.0, |_| {});
+        let outcome = run(&world(seed), settings(), 4.0, |_| {});
         assert!(outcome.is_assured(&settings()), "seed {seed}");
         assert!(outcome.worst() < 4.5, "{seed}: {:?}", outcome.normalized);
         assert!(outcome.estimate.accelerometer_bias_sigma().amax() < 0.7 * MICRO_G);
@@ -187,7 +187,7 @@ fn a_ship_in_a_sea_is_calibrated_by_her_positions() {
     let mut sum = 0.0;
     for seed in 1..=3 {
         let (world, settings) = in_a_sea(seed);
-        let outcome = run(world, settings.clone(), 4.0, |_| {});
+        let outcome = run(&world, settings.clone(), 4.0, |_| {});
         assert!(outcome.is_assured(&settings), "seed {seed}");
         assert!(outcome.worst() < 4.5, "{seed}: {:?}", outcome.normalized);
         assert!(outcome.estimate.accelerometer_bias_sigma().amax() < 4.4 * MICRO_G);
@@ -206,7 +206,7 @@ fn a_ship_in_a_sea_is_calibrated_by_her_positions() {
         reference: Reference::Moored { sigma_m_s: 0.01 },
         ..settings
     };
-    let outcome = run(world, moored.clone(), 4.0, |_| {});
+    let outcome = run(&world, moored.clone(), 4.0, |_| {});
     assert!(!outcome.is_assured(&moored));
 }
 
@@ -224,7 +224,7 @@ fn positions_fail_lie_and_return() {
     world.aiding.dropouts = window(4000.0);
     world.aiding.position_lies = window(9000.0);
     world.aiding.position_lie_m = Vector3::new(50.0, -20.0, 10.0);
-    let outcome = run(world, settings, 4.0, |_| {});
+    let outcome = run(&world, settings, 4.0, |_| {});
     assert!(outcome.worst() < 4.5, "{:?}", outcome.normalized);
     let samples = outcome.estimate.samples;
     assert!(
@@ -251,7 +251,7 @@ fn calibration_goes_on_under_way() {
         reference: Reference::Position { patience_s: 2.0 },
         ..settings
     };
-    let outcome = run(world, settings.clone(), 3.0, |_| {});
+    let outcome = run(&world, settings.clone(), 3.0, |_| {});
     assert!(outcome.estimate.navigation.velocity.norm() > 4.0);
     assert!(outcome.worst() < 4.5, "{:?}", outcome.normalized);
     assert!(outcome.is_assured(&settings));
