@@ -3,6 +3,7 @@
 
 use nalgebra::{SVector, Vector3};
 use sins::earth::Position;
+use sins::estimation::groups::antenna::ANTENNA_ARM;
 use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::estimation::groups::navigation::MISALIGNMENT;
 use sins::machines::self_calibration::{
@@ -208,6 +209,23 @@ fn a_ship_in_a_sea_is_calibrated_by_her_positions() {
     };
     let outcome = run(&world, moored.clone(), 4.0, |_| {});
     assert!(!outcome.is_assured(&moored));
+}
+
+/// Where nobody tells the antenna's arm, the ship's own roll and swing show it, to centimetres.
+#[test]
+fn the_antennas_arm_is_found() {
+    let (world, mut settings) = in_a_sea(9);
+    settings.antenna.arm_m = Vector3::zeros();
+    let outcome = run(&world, settings.clone(), 2.0, |_| {});
+    assert!(outcome.worst() < 4.5, "{:?}", outcome.normalized);
+    let arm = outcome.estimate.states.value3(&ANTENNA_ARM).unwrap();
+    let sigma = outcome.estimate.states.sigma3(&ANTENNA_ARM).unwrap();
+    let error = arm - world.aiding.antenna_arm_m;
+    assert!(sigma.rows(0, 2).amax() < 0.2, "{sigma}");
+    assert!(
+        (0..3).all(|axis| error[axis].abs() < 4.0 * sigma[axis]),
+        "{error} {sigma}"
+    );
 }
 
 /// Positions fail for ten minutes, and later lie by 50 m for ten: what they say is left out, they return, and the errors stay

@@ -166,6 +166,13 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         self
     }
 
+    /// Begins with what was known of the antenna's arm beyond what was told.
+    #[must_use]
+    pub fn with_antenna(mut self, arm_m: Vector3<f64>) -> Self {
+        self.table.antenna_arm_m = arm_m;
+        self
+    }
+
     /// Makes every turn uncertain: a turn of 180 deg about an axis costs this share of 180 deg, one-sigma, and what turns come
     /// after adds in squares. It stands for what no state describes.
     #[must_use]
@@ -286,7 +293,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     }
 
     /// Measures where the antenna is: z = (p + C_v^n l) − p̃ in metres east, north and, with a vertical channel and a known
-    /// sigma, up; l is the antenna's arm in the ship and `ship` how she stands (v to n). An error φ of the attitude turns the arm
+    /// sigma, up; l is the antenna's arm in the ship, what has been found of it added, and `ship` how she stands (v to n). An error φ of the attitude turns the arm
     /// by −φ × (C l). A position that is older than the state by `age_s` is carried on by the velocity. Where any component lies
     /// beyond the gate none is taken.
     pub fn update_position(
@@ -298,7 +305,8 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     ) -> [Outcome; 3] {
         let state = self.strapdown.state();
         let earth = self.strapdown.earth();
-        let lever = arm.ship * arm.from_table_centre_m;
+        let lever = arm.ship * (arm.from_table_centre_m + self.table.antenna_arm_m);
+        let ship = arm.ship.to_rotation_matrix().into_inner();
         let there = measurement.position;
         let scale = [
             earth.transverse_radius_m * earth.cos_latitude,
@@ -323,7 +331,10 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             let direct = rows[axis].filter(|_| sigma > 0.0)?;
             let by_attitude =
                 (0..3).map(|k| (navigation::MISALIGNMENT_EAST + k, turned[(axis, k)]));
-            let row = Row::new(std::iter::once(direct).chain(by_attitude));
+            let by_arm = G::ANTENNA
+                .into_iter()
+                .flat_map(|first| (0..3).map(move |k| (first + k, -ship[(axis, k)])));
+            let row = Row::new(std::iter::once(direct).chain(by_attitude).chain(by_arm));
             Some(Measurement::new(row, error[axis], sigma * sigma))
         });
         let beyond = measurements.iter().flatten().find_map(|measurement| {

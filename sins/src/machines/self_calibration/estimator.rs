@@ -289,11 +289,10 @@ impl Estimator {
             walk: self.settings.walk,
             noise,
         };
-        let filter = beginning.any_filter(&self.settings)?;
         let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
             let mut run = Running {
-                filter: filter.clone(),
+                filter: beginning.any_filter(&self.settings, reference)?,
                 start: gathering.start,
                 last: gathering.start,
                 aiding: Aiding::new(reference, schedule),
@@ -405,6 +404,9 @@ impl Estimator {
 /// So many positions in an alignment can tell how the ship moves.
 const LEAST_POSITIONS: usize = 30;
 
+/// One-sigma of an antenna's arm that was told \[m\].
+const TOLD_ARM_M: f64 = 0.1;
+
 /// What a filter begins with.
 struct Beginning<'a> {
     place: NavigationState,
@@ -416,7 +418,7 @@ struct Beginning<'a> {
 
 impl Beginning<'_> {
     /// The filter of the model that the settings choose.
-    fn any_filter(&self, settings: &Settings) -> Result<AnyFilter, Error> {
+    fn any_filter(&self, settings: &Settings, reference: Reference) -> Result<AnyFilter, Error> {
         let (initial, noise) = (&settings.prior, &self.noise);
         Ok(match settings.model {
             ModelChoice::Paper => self.filter(initial.model())?.into(),
@@ -428,7 +430,13 @@ impl Beginning<'_> {
                     |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
                 wider(&mut initial.gyroscope_drift_rad_s, drift);
                 wider(&mut initial.accelerometer_bias_m_s2, bias);
-                let groups = settings.groups.resolved(grade);
+                let mut groups = settings.groups.resolved(grade);
+                if !matches!(reference, Reference::Position { .. }) {
+                    groups.antenna_arm_m = 0.0;
+                } else if settings.groups.antenna_arm_m < 0.0 && settings.antenna.arm_m.amax() > 0.0
+                {
+                    groups.antenna_arm_m = TOLD_ARM_M;
+                }
                 let azimuth = azimuth_prior_rad(
                     &initial.gyroscope_drift_rad_s,
                     self.place.position.latitude_rad.cos(),
