@@ -1,7 +1,7 @@
 //! What the simulation and the sequencer say, as messages: the one function that both the nodes and simulated bags use.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
+use ros2_interfaces::geometry_msgs::{Point, TwistWithCovarianceStamped};
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
@@ -28,7 +28,11 @@ impl ToMessage<NavSatFix> for PositionFix {
             latitude: self.latitude_rad.to_degrees(),
             longitude: self.longitude_rad.to_degrees(),
             altitude: self.height_m,
-            position_covariance_type: NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN,
+            position_covariance_type: if self.variance_m2 == Vector3::zeros() {
+                NavSatFix::COVARIANCE_TYPE_UNKNOWN
+            } else {
+                NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN
+            },
             ..NavSatFix::default()
         };
         for axis in 0..3 {
@@ -54,9 +58,10 @@ impl ToMessage<TwistWithCovarianceStamped> for VelocityFix {
     }
 }
 
-/// The true pose of the sensor block, East-North-Up from where the ship rests, its velocity and its rate in its own axes.
+/// The true pose of the sensor block, East-North-Up from where the ship began, its velocity and its rate in its own axes.
 pub fn odometry_of_block(
     stamp: Stamp,
+    place: Vector3<f64>,
     attitude: UnitQuaternion<f64>,
     velocity: Vector3<f64>,
     rate: Vector3<f64>,
@@ -65,6 +70,11 @@ pub fn odometry_of_block(
         header: header(stamp, MAP),
         child_frame_id: IMU_LINK.to_owned(),
         ..Odometry::default()
+    };
+    message.pose.pose.position = Point {
+        x: place.x,
+        y: place.y,
+        z: place.z,
     };
     message.pose.pose.orientation = attitude.into();
     message.twist.twist.linear = (attitude.inverse() * velocity).into();

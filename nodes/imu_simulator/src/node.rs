@@ -9,7 +9,7 @@ use ros_node::{Endings, Level, Node, Report, Subscription};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
 use rotary_sins_msgs::interfaces::topics::JOINT_TRAJECTORY;
-use sins::simulation::Simulator;
+use sins::simulation::{Simulator, Wandering};
 use sins::table::Trajectory;
 use sins::time::{Stamp, seconds_to_nanos};
 
@@ -159,6 +159,9 @@ async fn simulate(
             let now = simulator.plant().now();
             if end.is_some_and(|end| now >= end) {
                 outputs.publish_clock(now);
+                if simulator.imu_errors().wandering != Wandering::default() {
+                    outputs.publish_truth(simulator);
+                }
                 tracing::info!(
                     "finished after {} s of simulated time",
                     now.seconds_since(begin)

@@ -139,11 +139,21 @@ impl Outputs {
     /// What is there before the first sample: the truth, and where the joints stand.
     pub async fn publish_first(&mut self, simulator: &Simulator) {
         let plant = simulator.plant();
-        let errors = &simulator.imu_errors().errors;
-        let truth = Calibration::ground_truth(plant.now(), errors, plant.attitude(), plant.ship());
-        self.calibration.publish(truth).left_to_diagnostics();
+        self.publish_truth(simulator);
         self.publish_clock(plant.now());
         self.publish_joints(&simulator.first_joints()).await;
+    }
+
+    /// The truth as it stands now.
+    pub fn publish_truth(&self, simulator: &Simulator) {
+        let plant = simulator.plant();
+        let truth = Calibration::ground_truth(
+            plant.now(),
+            &simulator.sensor_errors(),
+            plant.attitude(),
+            plant.ship(),
+        );
+        self.calibration.publish(truth).left_to_diagnostics();
     }
 
     /// Everything of one sampling interval.
@@ -168,6 +178,7 @@ impl Outputs {
                     let plant = simulator.plant();
                     odometry_of_block(
                         tick.truth.stamp,
+                        plant.place_m(),
                         plant.attitude(),
                         plant.ship().velocity,
                         plant.block_rate(),

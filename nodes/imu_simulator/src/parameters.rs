@@ -1,5 +1,11 @@
 //! Parameters: declared in the units people use, with their places in the settings of the simulator.
 
+mod motion;
+mod sensor;
+
+pub use motion::motion;
+pub use sensor::table_errors;
+
 use anyhow::Context;
 use node_parameters::units::{
     ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_SECOND, DEGREE_PER_SECOND2,
@@ -7,7 +13,8 @@ use node_parameters::units::{
 };
 use ros_node::{ParameterSet, Parameters, Unit};
 use sins::simulation::{
-    AidingSettings, EncoderSettings, ImuErrorSettings, Ship, SimulatorSettings, TableSettings,
+    AidingSettings, EncoderSettings, GRADE_NAMES, ImuErrorSettings, SensorGrade, Ship,
+    SimulatorSettings, TableSettings, TimeWindow,
 };
 use sins::table::Turntable;
 use sins::time::{NANOS_PER_SECOND, Stamp};
@@ -17,6 +24,8 @@ use sins::time::{NANOS_PER_SECOND, Stamp};
 pub struct Settings {
     /// For the simulator itself.
     pub simulator: SimulatorSettings,
+    /// What kind of sensor is drawn; [`SensorGrade::Table1`] leaves it to the single errors.
+    pub sensor: SensorGrade,
     /// Multiple of real time; 0: as fast as the subscribers take it.
     pub speed: f64,
     /// End after this much simulated time \[s\].
@@ -38,6 +47,7 @@ impl Default for Settings {
         simulator.plant.start = Stamp::from_nanos(1_760_000_000 * NANOS_PER_SECOND);
         Self {
             simulator,
+            sensor: SensorGrade::Table1,
             speed: 1.0,
             duration_s: None,
             velocity_aiding: true,
@@ -133,7 +143,7 @@ fn table() -> ParameterSet<TableSettings> {
 
 /// Errors of the IMU and its noise.
 pub fn imu_errors() -> ParameterSet<ImuErrorSettings> {
-    ParameterSet::new("Sensor errors", ImuErrorSettings::default())
+    let set = ParameterSet::new("Sensor errors", ImuErrorSettings::default())
         .numbers(
             "gyroscope_drift_deg_per_hour",
             DEGREE_PER_HOUR,
@@ -213,7 +223,8 @@ pub fn imu_errors() -> ParameterSet<ImuErrorSettings> {
             0.0..=1e6,
             |s| s.noise.accelerometer.as_mut_slice(),
             "White noise of the accelerometers",
-        )
+        );
+    sensor::beyond_table_1(set)
 }
 
 /// Errors of the encoders.
@@ -244,7 +255,7 @@ pub fn encoders() -> ParameterSet<EncoderSettings> {
 
 /// Noise of what the ship says of herself.
 pub fn aiding() -> ParameterSet<AidingSettings> {
-    ParameterSet::new("Aiding", AidingSettings::default())
+    let set = ParameterSet::new("Aiding", AidingSettings::default())
         .number(
             "velocity_noise_m_per_s",
             Unit::METRE_PER_SECOND,
@@ -266,6 +277,120 @@ pub fn aiding() -> ParameterSet<AidingSettings> {
             |s| &mut s.vertical_std_m,
             "1 sigma of the height of fix",
         )
+        .number(
+            "position_rate_hz",
+            Unit::HERTZ,
+            0.001..=100.0,
+            |s| &mut s.position_rate_hz,
+            "Positions a second",
+        )
+        .number(
+            "velocity_rate_hz",
+            Unit::HERTZ,
+            0.001..=100.0,
+            |s| &mut s.velocity_rate_hz,
+            "Velocities a second",
+        )
+        .numbers(
+            "antenna_arm_m",
+            Unit::METRE,
+            -500.0..=500.0,
+            |s| s.antenna_arm_m.as_mut_slice(),
+            "Where both are measured, from the table's centre: starboard, forward, up",
+        );
+    aiding_faults(set)
+}
+
+/// What goes wrong with it on a real ship.
+fn aiding_faults(set: ParameterSet<AidingSettings>) -> ParameterSet<AidingSettings> {
+    set.number(
+        "position_latency_s",
+        Unit::SECOND,
+        0.0..=60.0,
+        |s| &mut s.position_latency_s,
+        "How old a position is at its stamp",
+    )
+    .number(
+        "velocity_latency_s",
+        Unit::SECOND,
+        0.0..=60.0,
+        |s| &mut s.velocity_latency_s,
+        "How old a velocity is at its stamp",
+    )
+    .number(
+        "outlier_probability",
+        Unit::NONE,
+        0.0..=1.0,
+        |s| &mut s.outlier_probability,
+        "Part of the positions that are outliers",
+    )
+    .number(
+        "outlier_m",
+        Unit::METRE,
+        0.0..=1e6,
+        |s| &mut s.outlier_std_m,
+        "1 sigma of an outlier",
+    )
+    .numbers(
+        "position_lie_m",
+        Unit::METRE,
+        -1e6..=1e6,
+        |s| s.position_lie_m.as_mut_slice(),
+        "What is added to positions while they lie: East, North, Up",
+    )
+    .array::<3>(
+        "position_lie_window_s",
+        Unit::SECOND,
+        0.0..=1e9,
+        (
+            |s| window(&s.position_lies),
+            |s, w| s.position_lies = window_of(w),
+        ),
+        "When positions lie: start, length (0: never), period (0: once)",
+    )
+    .numbers(
+        "velocity_lie_m_per_s",
+        Unit::METRE_PER_SECOND,
+        -1e3..=1e3,
+        |s| s.velocity_lie_m_s.as_mut_slice(),
+        "What is added to velocities while they lie: East, North, Up",
+    )
+    .array::<3>(
+        "velocity_lie_window_s",
+        Unit::SECOND,
+        0.0..=1e9,
+        (
+            |s| window(&s.velocity_lies),
+            |s, w| s.velocity_lies = window_of(w),
+        ),
+        "When velocities lie: start, length (0: never), period (0: once)",
+    )
+    .array::<3>(
+        "dropout_window_s",
+        Unit::SECOND,
+        0.0..=1e9,
+        (|s| window(&s.dropouts), |s, w| s.dropouts = window_of(w)),
+        "When neither position nor velocity comes: start, length (0: never), period (0: once)",
+    )
+    .number(
+        "fix_variance_ratio",
+        Unit::NONE,
+        0.0..=1e6,
+        |s| &mut s.stated_variance_ratio,
+        "Variance that a position states over that of its noise; 0: it states none",
+    )
+}
+
+fn window(window: &TimeWindow) -> [f64; 3] {
+    [window.start_s, window.duration_s, window.period_s]
+}
+
+fn window_of([start_s, duration_s, period_s]: [f64; 3]) -> TimeWindow {
+    TimeWindow {
+        start_s,
+        duration_s,
+        period_s,
+    }
 }
 
 /// Rates, seed and start.
@@ -344,8 +469,21 @@ pub fn declared() -> ParameterSet<Settings> {
             "Simulated time stands still so long for a subscriber that does not acknowledge, then samples are dropped",
         )
         .include(ship(), |s| &mut s.simulator.plant.ship)
+        .include(motion(), |s| &mut s.simulator.plant.motion)
         .include(node_parameters::axes(), |s| &mut s.simulator.plant.turntable)
         .include(table(), |s| &mut s.simulator.plant.table)
+        .include(table_errors(), |s| &mut s.simulator.plant)
+        .group("Sensor errors")
+        .value(
+            "sensor",
+            SensorGrade::Table1.name().to_owned(),
+            "Kind of sensor, drawn by the seed with its table: table-1 leaves it to what stands below, the others take its place",
+            |s, name: String| {
+                s.sensor = SensorGrade::named(&name).map_err(|error| error.to_string())?;
+                Ok(())
+            },
+        )
+        .one_of(&GRADE_NAMES)
         .include(imu_errors(), |s| &mut s.simulator.imu)
         .include(encoders(), |s| &mut s.simulator.encoder)
         .include(aiding(), |s| &mut s.simulator.aiding)
@@ -357,12 +495,23 @@ pub fn declared() -> ParameterSet<Settings> {
         )
 }
 
+/// Puts a drawn sensor in the place of the single errors, where a kind is asked for.
+fn draw(settings: &mut Settings) {
+    if settings.sensor != SensorGrade::Table1 {
+        let drawn = settings.sensor.draw(settings.simulator.seed);
+        settings.simulator.imu = drawn.imu;
+        settings.simulator.plant.table_errors = drawn.table;
+        settings.simulator.encoder = drawn.encoder;
+    }
+}
+
 /// The parameters of a node as settings.
 ///
 /// # Errors
 /// A value that means nothing, by its name.
 pub fn settings(parameters: &Parameters) -> anyhow::Result<Settings> {
-    let settings = declared().read(parameters)?;
+    let mut settings = declared().read(parameters)?;
+    draw(&mut settings);
     let Turntable { outer, inner } = settings.simulator.plant.turntable;
     Turntable::new(outer, inner).context("parameters 'outer_axis' and 'inner_axis'")?;
     Ok(settings)
@@ -417,5 +566,45 @@ mod tests {
             errors.accelerometer_matrix,
             scaled(k, Vector3::new(4.0, 5.0, 6.0))
         );
+    }
+
+    /// A kind of sensor takes the place of the single errors, by the seed; table-1 leaves them.
+    #[test]
+    fn a_grade_is_drawn() {
+        let set = declared();
+        let read = |sensor: &str| {
+            let mut settings = set.base().clone();
+            set.put(&mut settings, "sensor", &sensor.to_owned().into())
+                .unwrap();
+            draw(&mut settings);
+            settings.simulator
+        };
+        assert_eq!(read("table-1").imu, ImuErrorSettings::default());
+        let laser = read("ring-laser");
+        assert_eq!(laser.imu, SensorGrade::RingLaser.draw(1).imu);
+        assert_eq!(
+            laser.plant.table_errors,
+            SensorGrade::RingLaser.draw(1).table
+        );
+    }
+
+    /// Arms are given accelerometer by accelerometer, windows as start, length and period.
+    #[test]
+    fn rows_and_windows_are_filled_in_order() {
+        let set = imu_errors();
+        let mut settings = *set.base();
+        let arms: Vec<f64> = (1..=9).map(f64::from).collect();
+        set.put(&mut settings, "accelerometer_arms_mm", &arms.into())
+            .unwrap();
+        assert_eq!(settings.errors.accelerometer_arms[(1, 2)], 6e-3);
+        let set = aiding();
+        let mut settings = *set.base();
+        set.put(
+            &mut settings,
+            "dropout_window_s",
+            &vec![7.0, 5.0, 100.0].into(),
+        )
+        .unwrap();
+        assert!(settings.dropouts.contains(108.0) && !settings.dropouts.contains(6.0));
     }
 }

@@ -7,13 +7,14 @@ use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{ParameterSet, Unit};
 use sins::estimation::filter::InitialUncertainty;
-use sins::machines::self_calibration::{Reference, Settings};
+use sins::machines::self_calibration::{EncoderAccuracy, Reference, Settings};
 use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
 use crate::axes;
+use crate::groups::{GradeChoice, groups};
 use crate::units::{
-    DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
+    ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
     MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
 };
 
@@ -55,6 +56,7 @@ impl FromStr for VelocityReference {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterParameters {
     settings: Settings,
+    grade: GradeChoice,
     velocity_reference: VelocityReference,
     moored_sigma_m_s: f64,
     velocity_patience_s: f64,
@@ -77,6 +79,7 @@ impl From<Settings> for FilterParameters {
         };
         let reference = settings.reference;
         Self {
+            grade: GradeChoice::from(settings.grade),
             settings,
             velocity_reference,
             moored_sigma_m_s: moored(reference)
@@ -113,6 +116,8 @@ impl FilterParameters {
                     patience_s: self.velocity_patience_s,
                 },
             },
+            grade: self.grade.into(),
+            encoders: self.settings.encoders.filter(|e| e.sigma_rad > 0.0),
             ..self.settings
         };
         settings.check()?;
@@ -124,6 +129,14 @@ impl FilterParameters {
     pub fn with_turntable(mut self, turntable: Turntable) -> Self {
         self.settings.turntable = turntable;
         self
+    }
+
+    /// What encoders are worth; nothing, where their sigma is 0.
+    fn encoders(&mut self) -> &mut EncoderAccuracy {
+        self.settings.encoders.get_or_insert(EncoderAccuracy {
+            sigma_rad: 0.0,
+            ..EncoderAccuracy::default()
+        })
     }
 
     /// The noise; none, where both densities are 0.
@@ -221,7 +234,7 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
 
 /// Parameters of the filter of self-calibration. The thresholds are apart, see [`crate::thresholds`].
 pub fn filter() -> ParameterSet<FilterParameters> {
-    alignment(Settings::default())
+    let set = alignment(Settings::default())
         .number(
             "update_interval_s",
             Unit::SECOND,
@@ -297,7 +310,39 @@ pub fn filter() -> ParameterSet<FilterParameters> {
             |s| &mut s.settings.walk.accelerometer_bias_m_s2_sqrt_s,
             "How the accelerometer biases wander from one alignment to the next",
         )
-        .include(prior(), |s| &mut s.settings.prior)
+        .include(prior(), |s| &mut s.settings.prior);
+    whole(set)
+}
+
+/// The model, and what the whole one is told.
+fn whole(set: ParameterSet<FilterParameters>) -> ParameterSet<FilterParameters> {
+    set.choice(
+            "model",
+            &["whole", "paper"],
+            |s| &mut s.settings.model,
+            "Errors that are estimated; paper: the thirteen states; whole: the whole sensor on the whole table",
+        )
+        .choice(
+            "grade",
+            &GradeChoice::NAMES,
+            |s| &mut s.grade,
+            "Grade of the sensor, from which the whole model takes its priors; auto: as the noise tells it",
+        )
+        .include(groups(), |s| &mut s.settings.groups)
+        .number(
+            "encoder_sigma_arcsec",
+            ARC_SECOND,
+            0.0..=1e5,
+            |s| &mut s.encoders().sigma_rad,
+            "1 sigma of an encoder's reading; 0: the whole model does not use the encoders",
+        )
+        .number(
+            "encoder_wobble_arcsec",
+            ARC_SECOND,
+            1e-3..=1e5,
+            |s| &mut s.encoders().wobble_sigma_rad,
+            "1 sigma about the axis across both joints: how the table's axes wobble",
+        )
 }
 
 /// Parameters of what is known before the first sample.

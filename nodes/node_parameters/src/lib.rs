@@ -6,6 +6,7 @@
 //! `rotary-sins`, the option follow from it.
 
 mod filter;
+mod groups;
 mod input;
 mod thresholds;
 pub mod units;

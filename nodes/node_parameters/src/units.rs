@@ -31,3 +31,11 @@ pub const MICRO_G_PER_SQRT_HERTZ: Unit = Unit::new("ug/sqrt(Hz)", units::MICRO_G
 pub const MICRO_G_PER_SQRT_HOUR: Unit = Unit::new("ug/sqrt(h)", units::MICRO_G / SQRT_HOUR);
 /// Parts per million.
 pub const PPM: Unit = Unit::new("ppm", units::PPM);
+/// Micro-g a squared g.
+pub const MICRO_G_PER_G2: Unit = Unit::new("ug/g^2", units::MICRO_G_PER_G2);
+/// Degrees an hour, a g.
+pub const DEGREE_PER_HOUR_PER_G: Unit = Unit::new("deg/h/g", units::DEG_PER_HOUR_PER_G);
+/// Millimetres.
+pub const MILLIMETRE: Unit = Unit::new("mm", 1e-3);
+/// Milliseconds.
+pub const MILLISECOND: Unit = Unit::new("ms", 1e-3);

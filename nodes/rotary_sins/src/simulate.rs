@@ -1,5 +1,6 @@
 //! `rotary-sins simulate`: a ship, a turntable and an IMU into a bag.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::bail;
@@ -11,14 +12,15 @@ use ros2_interfaces::{
     geometry_msgs::TwistWithCovarianceStamped,
     sensor_msgs::{JointState, NavSatFix},
 };
-use rotary_sins_msgs::convert::{ToMessage, imu_from_sample};
+use rotary_sins_msgs::convert::{ToMessage, imu_from_sample, odometry_of_block};
 use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus};
 use serde::Serialize;
 use sins::{
     simulation::{
-        AidingSettings, EncoderSettings, ImuErrorSettings, NoiseReading, PlantSettings, Run,
-        Simulator, SimulatorSettings,
+        AidingSettings, EncoderSettings, GRADE_NAMES, ImuErrorSettings, MotionSettings,
+        NoiseReading, PlantSettings, Run, SensorGrade, Simulator, SimulatorSettings, Tick,
+        Wandering, named_truth,
     },
     table::Turntable,
     table::scheme::{Sequencer, sequencer::SequencerSettings},
@@ -92,14 +94,21 @@ pub struct Options {
     #[command(flatten)]
     table: TableOptions,
     #[command(flatten)]
+    motion: Given<MotionGroup>,
+    /// Kind of sensor, drawn by the seed with its table and encoders; single errors that are given take their place in it
+    #[arg(long, value_parser = GRADE_NAMES, default_value = "table-1", value_name = "KIND")]
+    sensor: String,
+    #[command(flatten)]
     errors: Given<ErrorGroup>,
+    #[command(flatten)]
+    table_errors: Given<TableErrorGroup>,
     #[command(flatten)]
     encoders: Given<EncoderGroup>,
     #[command(flatten)]
     aiding: Given<AidingGroup>,
-    /// White noise
-    #[arg(long, value_enum, default_value = "D")]
-    noise: Noise,
+    /// White noise [default: D, or by --sensor]
+    #[arg(long, value_enum)]
+    noise: Option<Noise>,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -125,6 +134,9 @@ struct Report {
     accelerometer_bias_m_s2: [f64; 3],
     /// From the block to East-North-Up, at the end.
     attitude_xyzw: [f64; 4],
+    /// Every error of sensors and table by its name, at the end; left out where drifts and biases are all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    states: Option<BTreeMap<String, f64>>,
 }
 
 /// The command line of this run.
@@ -179,6 +191,14 @@ group!(
     ]
 );
 group!(
+    /// How the ship moves.
+    MotionGroup, MotionSettings, "Ship's motion", motion
+);
+group!(
+    /// Errors of the table.
+    TableErrorGroup, PlantSettings, "Table errors", table_errors
+);
+group!(
     /// Errors of the encoders.
     EncoderGroup, EncoderSettings, "Encoders", encoders
 );
@@ -188,27 +208,32 @@ group!(
 );
 
 impl Options {
-    fn errors(&self) -> anyhow::Result<ImuErrorSettings> {
-        let mut settings = *ErrorGroup::set().base();
-        settings.noise = match self.noise {
-            Noise::D => NoiseReading::D.density(),
-            Noise::H => NoiseReading::H.density(),
-            Noise::None => ImuErrorSettings::perfect().noise,
-        };
-        self.errors.apply(&mut settings)?;
-        Ok(settings)
-    }
-
     fn settings(&self, turntable: Turntable) -> anyhow::Result<SimulatorSettings> {
         let run = self.run.settings()?;
+        let drawn = SensorGrade::named(&self.sensor)?.draw(run.seed);
+        let mut imu = drawn.imu;
+        if let Some(noise) = self.noise {
+            imu.noise = match noise {
+                Noise::D => NoiseReading::D.density(),
+                Noise::H => NoiseReading::H.density(),
+                Noise::None => ImuErrorSettings::perfect().noise,
+            };
+        }
+        self.errors.apply(&mut imu)?;
+        let mut encoder = drawn.encoder;
+        self.encoders.apply(&mut encoder)?;
+        let mut plant = PlantSettings {
+            ship: self.ship.settings()?,
+            motion: self.motion.settings()?,
+            turntable,
+            table_errors: drawn.table,
+            ..run.plant
+        };
+        self.table_errors.apply(&mut plant)?;
         Ok(SimulatorSettings {
-            plant: PlantSettings {
-                ship: self.ship.settings()?,
-                turntable,
-                ..run.plant
-            },
-            imu: self.errors()?,
-            encoder: self.encoders.settings()?,
+            plant,
+            imu,
+            encoder,
             aiding: self.aiding.settings()?,
             ..run
         })
@@ -224,11 +249,13 @@ struct Output {
     velocity: TopicId,
     status: TopicId,
     truth: TopicId,
+    /// The true odometry, of a ship that moves.
+    odometry: Option<TopicId>,
     last_status: Option<SchemeStatus>,
 }
 
 impl Output {
-    fn new(options: &Options) -> Result<Self, bags::Error> {
+    fn new(options: &Options, moves: bool) -> Result<Self, bags::Error> {
         let write_options = WriteOptions {
             compression: options.compression.into(),
             ..WriteOptions::default()
@@ -242,6 +269,11 @@ impl Output {
             // Who comes late in a replay wants the newest only.
             status: bag.add_topic(NewTopic::on(&topics::SCHEME_STATUS.with_depth(1)))?,
             truth: bag.add_topic(NewTopic::on(&topics::TRUE_CALIBRATION))?,
+            odometry: if moves {
+                Some(bag.add_topic(NewTopic::on(&topics::TRUE_ODOMETRY))?)
+            } else {
+                None
+            },
             bag,
             last_status: None,
         })
@@ -254,6 +286,48 @@ impl Output {
         message: &M,
     ) -> Result<(), bags::Error> {
         self.bag.write(topic, stamp.nanos().unsigned_abs(), message)
+    }
+
+    /// What is true now.
+    fn write_truth(&mut self, simulator: &Simulator) -> Result<(), bags::Error> {
+        let plant = simulator.plant();
+        let truth = Calibration::ground_truth(
+            plant.now(),
+            &simulator.sensor_errors(),
+            plant.attitude(),
+            plant.ship(),
+        );
+        self.write(self.truth, plant.now(), &truth)
+    }
+
+    /// The measurements of an interval.
+    fn write_tick(&mut self, tick: &Tick, simulator: &Simulator) -> Result<(), bags::Error> {
+        let stamp = tick.truth.stamp;
+        self.write(self.imu, stamp, &imu_from_sample(&tick.imu, IMU_LINK))?;
+        if let Some(joints) = &tick.joints {
+            let message: JointState = joints.to_message();
+            self.write(self.joints, stamp, &message)?;
+        }
+        if let Some(position) = &tick.position {
+            let message: NavSatFix = position.to_message();
+            self.write(self.fix, stamp, &message)?;
+        }
+        if let Some(velocity) = &tick.velocity {
+            let message: TwistWithCovarianceStamped = velocity.to_message();
+            self.write(self.velocity, stamp, &message)?;
+        }
+        if let (Some(topic), true) = (self.odometry, tick.position.is_some()) {
+            let plant = simulator.plant();
+            let message = odometry_of_block(
+                stamp,
+                plant.place_m(),
+                plant.attitude(),
+                plant.ship().velocity,
+                plant.block_rate(),
+            );
+            self.write(topic, stamp, &message)?;
+        }
+        Ok(())
     }
 
     /// Writes the status where step or state are new.
@@ -283,12 +357,9 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let sequencer = Sequencer::new(scheme.program(turntable)?, SequencerSettings::default())?;
     let start = settings.plant.start;
     let duration_s = options.hours * 3600.0;
-    let mut output = Output::new(options)?;
+    let mut output = Output::new(options, !simulator.plant().motion().is_at_rest())?;
     let progress = SecondsBar::new("simulating", duration_s);
-    let plant = simulator.plant();
-    let truth =
-        Calibration::ground_truth(start, &settings.imu.errors, plant.attitude(), plant.ship());
-    output.write(output.truth, start, &truth)?;
+    output.write_truth(&simulator)?;
     output.write(
         output.joints,
         start,
@@ -298,29 +369,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let mut count = 0_u64;
     while let Some(tick) = run.next() {
         let tick = tick?;
-        let stamp = tick.imu.stamp;
-        output.write(output.imu, stamp, &imu_from_sample(&tick.imu, IMU_LINK))?;
-        if let Some(joints) = &tick.joints {
-            output.write(
-                output.joints,
-                stamp,
-                &ToMessage::<JointState>::to_message(joints),
-            )?;
-        }
-        if let Some(position) = &tick.position {
-            output.write(
-                output.fix,
-                stamp,
-                &ToMessage::<NavSatFix>::to_message(position),
-            )?;
-        }
-        if let Some(velocity) = &tick.velocity {
-            output.write(
-                output.velocity,
-                stamp,
-                &ToMessage::<TwistWithCovarianceStamped>::to_message(velocity),
-            )?;
-        }
+        let stamp = tick.truth.stamp;
+        output.write_tick(&tick, run.simulator())?;
         if tick.joints.is_some() {
             output.write_status(stamp, run.sequencer().status().to_message())?;
         }
@@ -330,8 +380,12 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         }
     }
     drop(progress);
+    if settings.imu.wandering != Wandering::default() {
+        output.write_truth(run.simulator())?;
+    }
     let summary = output.bag.finish()?;
-    let errors = &settings.imu.errors;
+    let errors = &run.simulator().sensor_errors();
+    let table = &settings.plant.table_errors;
     let ship = settings.plant.ship;
     let report = Report {
         command: command(),
@@ -349,6 +403,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         attitude_xyzw: run.simulator().plant().attitude().coords.into(),
         gyroscope_drift_rad_s: errors.gyroscope_drift.into(),
         accelerometer_bias_m_s2: errors.accelerometer_bias.into(),
+        states: (!errors.is_constant() || !table.is_zero())
+            .then(|| named_truth(errors, table).into_iter().collect()),
     };
     if options.json {
         output::json(&report)?;

@@ -9,7 +9,7 @@ use super::groups::table::TableEstimate;
 use super::kalman::{Kalman, ProcessNoise};
 use super::measurement::{Measurement, Outcome, Row, UpdateCounts};
 use super::model::{Model, Paper};
-use super::state::{NamedCovariance, StateEstimate};
+use super::state::{NamedCovariance, Shown, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
@@ -17,7 +17,7 @@ use crate::sensor::compensation::{Compensation, Compensator};
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::NoiseDensity;
 pub use crate::sensor::velocity::VelocityMeasurement;
-use crate::table::Turntable;
+use crate::table::{TableErrors, Turntable};
 
 /// Initial one-sigma of the paper's states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +102,7 @@ pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
     kalman: Kalman<N>,
     compensator: Compensator,
     table: TableEstimate,
+    shown: Shown,
     noise: NoiseDensity,
     turn_noise: f64,
     /// ∫|ω_i| dt \[rad\] since the last step.
@@ -132,6 +133,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         Ok(Self {
             strapdown: Strapdown::new(start).with_vertical_channel(G::VELOCITY_UP.is_some()),
             table: TableEstimate::default(),
+            shown: shown::<G, M, N>(&covariance),
             turn_noise: 0.0,
             turned: Vector3::zeros(),
             kalman: Kalman::new(covariance)?,
@@ -146,6 +148,13 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             gathered: G::Gathered::default(),
             counts: UpdateCounts::default(),
         })
+    }
+
+    /// Begins with what was known of the table.
+    #[must_use]
+    pub fn with_table(mut self, errors: TableErrors) -> Self {
+        self.table.errors = errors;
+        self
     }
 
     /// Makes every turn uncertain: a turn of 180 deg about an axis costs this share of 180 deg, one-sigma, and what turns come
@@ -284,6 +293,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             for state in base..base + 3 {
                 self.kalman.forget(state, UNKNOWN_BASE_RAD.powi(2));
             }
+            self.shown = shown::<G, M, N>(self.kalman.covariance());
             *self.table.base.insert(attitude * in_base.inverse())
         };
         let turn = ((stands * in_base).inverse() * attitude).scaled_axis();
@@ -330,6 +340,17 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             self.walk
                 .rows_mut(base, 3)
                 .fill(walk_rad_sqrt_s * walk_rad_sqrt_s);
+        }
+    }
+
+    /// Knows nothing more of the base: the next reading of the encoders says anew how it stands.
+    pub fn forget_base(&mut self) {
+        if let (Some(base), Some(_)) = (G::BASE, self.table.base.take()) {
+            for state in base..base + 3 {
+                self.kalman.forget(state, 0.0);
+            }
+            self.set_base_walk(0.0);
+            self.shown = shown::<G, M, N>(self.kalman.covariance());
         }
     }
 
@@ -482,13 +503,24 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
 
     /// State and covariance with their names.
     pub fn estimate(&self) -> StateEstimate {
-        StateEstimate::of_filter(G::LIST, &self.state(), self.kalman.covariance())
+        StateEstimate::of_filter(&self.shown, &self.state(), self.kalman.covariance())
     }
 
     /// Covariance with the names of the states.
     pub fn named_covariance(&self) -> NamedCovariance {
-        NamedCovariance::of_filter(G::LIST, self.kalman.covariance())
+        NamedCovariance::of_filter(&self.shown, self.kalman.covariance())
     }
+}
+
+/// The states that the outside sees: those of navigation, and of the others those of which something is not known. They come as
+/// files have them: navigation, sensors, table, vertical channel, base.
+fn shown<G: Model<M, N>, const M: usize, const N: usize>(covariance: &SMatrix<f64, N, N>) -> Shown {
+    let (first, base) = (navigation::NAVIGATION_STATES, G::BASE.unwrap_or(N));
+    let order = (0..first).chain(M..base).chain(first..M).chain(base..N);
+    let positions: Vec<usize> = order
+        .filter(|state| *state < first || covariance[(*state, *state)] > 0.0)
+        .collect();
+    Shown::new(G::LIST, &positions)
 }
 
 /// The error with the name of the state in it.

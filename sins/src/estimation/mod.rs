@@ -4,10 +4,12 @@
 //! x = \[navigation | parameters\]. A [`model`] is a list of [`groups`]; the [`filter`] is generic over it. Outside the filter
 //! nothing is generic: an estimate is a list of named [`state`]s with a covariance.
 
+pub mod any_filter;
 #[cfg(test)]
 mod column_test;
 pub mod consistency;
 pub mod filter;
+pub mod grade;
 pub mod group;
 pub mod groups;
 pub mod kalman;

@@ -52,10 +52,16 @@ pub struct StateList(List);
 #[derive(Clone, Debug)]
 enum List {
     Labels(&'static [StateLabel]),
+    Chosen(Arc<[StateLabel]>),
     Names(Arc<[String]>),
 }
 
 impl StateList {
+    /// Some states of a model, in an order of their own.
+    pub fn chosen(states: impl IntoIterator<Item = StateLabel>) -> Self {
+        Self(List::Chosen(states.into_iter().collect()))
+    }
+
     /// States of a model.
     pub const fn labels(states: &'static [StateLabel]) -> Self {
         Self(List::Labels(states))
@@ -70,6 +76,7 @@ impl StateList {
     pub fn len(&self) -> usize {
         match &self.0 {
             List::Labels(labels) => labels.len(),
+            List::Chosen(labels) => labels.len(),
             List::Names(names) => names.len(),
         }
     }
@@ -83,6 +90,7 @@ impl StateList {
     pub fn iter(&self) -> impl Iterator<Item = &str> + Clone {
         let (labels, names): (&[StateLabel], &[String]) = match &self.0 {
             List::Labels(labels) => (labels, &[]),
+            List::Chosen(labels) => (labels, &[]),
             List::Names(names) => (&[], names),
         };
         let labels = labels.iter().map(|label| label.name);
@@ -93,6 +101,7 @@ impl StateList {
     pub fn position(&self, name: &str) -> Option<usize> {
         match &self.0 {
             List::Labels(labels) => labels.iter().position(|label| label.name == name),
+            List::Chosen(labels) => labels.iter().position(|label| label.name == name),
             List::Names(names) => names.iter().position(|known| known == name),
         }
     }
@@ -104,6 +113,30 @@ impl StateList {
         }
         let names: Vec<&str> = self.iter().collect();
         Self::names(positions.iter().map(|position| names[*position]))
+    }
+}
+
+/// Which states of a filter the outside sees, and in which order.
+#[derive(Clone, Debug)]
+pub(super) struct Shown {
+    states: StateList,
+    /// Where they stand in the filter; none where all are seen as they stand.
+    positions: Option<Arc<[usize]>>,
+}
+
+impl Shown {
+    /// The states at these positions of a model.
+    pub(super) fn new(states: &'static [StateLabel], positions: &[usize]) -> Self {
+        if positions.iter().copied().eq(0..states.len()) {
+            return Self {
+                states: StateList::labels(states),
+                positions: None,
+            };
+        }
+        Self {
+            states: StateList::chosen(positions.iter().map(|position| states[*position])),
+            positions: Some(positions.into()),
+        }
     }
 }
 
@@ -267,12 +300,23 @@ impl NamedCovariance {
 
     /// What a filter holds, which has looked after it itself.
     pub(super) fn of_filter<const N: usize>(
-        states: &'static [StateLabel],
+        shown: &Shown,
         covariance: &SMatrix<f64, N, N>,
     ) -> Self {
+        let matrix = match &shown.positions {
+            None => DMatrix::from_column_slice(N, N, covariance.as_slice()),
+            Some(positions) => DMatrix::from_iterator(
+                positions.len(),
+                positions.len(),
+                positions.iter().flat_map(|column| {
+                    let column = covariance.column(*column);
+                    positions.iter().map(move |row| column[*row])
+                }),
+            ),
+        };
         Self {
-            states: StateList::labels(states),
-            matrix: Arc::new(DMatrix::from_column_slice(N, N, covariance.as_slice())),
+            states: shown.states.clone(),
+            matrix: Arc::new(matrix),
         }
     }
 
@@ -395,13 +439,20 @@ impl StateEstimate {
 
     /// What a filter holds, which has looked after it itself.
     pub(super) fn of_filter<const N: usize>(
-        states: &'static [StateLabel; N],
+        shown: &Shown,
         values: &SVector<f64, N>,
         covariance: &SMatrix<f64, N, N>,
     ) -> Self {
+        let values = match &shown.positions {
+            None => values.as_slice().into(),
+            Some(positions) => positions.iter().map(|position| values[*position]).collect(),
+        };
         Self {
-            values: StateValues::of(states, values),
-            covariance: NamedCovariance::of_filter(states, covariance),
+            values: StateValues {
+                states: shown.states.clone(),
+                values,
+            },
+            covariance: NamedCovariance::of_filter(shown, covariance),
         }
     }
 

@@ -3,7 +3,8 @@
 //! With α = ∫ω dt and u = ∫f dt over one sampling interval of a block that turns while it measures:
 //!
 //! - rotation vector Δθ = α + k α₋ × α (coning),
-//! - velocity in the block frame of the start of the interval Δv = u + ½ α × u + k (α₋ × u + u₋ × α) (rotation, sculling),
+//! - velocity in the block frame of the start of the interval
+//!   Δv = u + (1 − cos α)/α² α × u + (α − sin α)/α³ α × (α × u) + k (α₋ × u + u₋ × α) (rotation, sculling),
 //! - v ← v + (I − ½ ζ×) C_b^n Δv + \[g − (2 ω_ie + ω_en) × v\] T, ζ = (ω_ie + ω_en) T,
 //! - C ← exp(−ζ×) C exp(Δθ×), here ζ with the mean of the velocities before and after.
 //!
@@ -48,9 +49,15 @@ impl IncrementCorrector {
             angle,
             velocity,
         } = *increment;
+        // (1 − cos α)/α² and (α − sin α)/α³: at 10 Hz and 5 deg/s the second term is 6 ug of gravity, and a vertical channel
+        // would take it for an error of the sensors.
+        let squared = angle.norm_squared();
+        let once = angle.cross(&velocity);
         let mut corrected = CorrectedIncrement {
             rotation: angle,
-            velocity: velocity + 0.5 * angle.cross(&velocity),
+            velocity: velocity
+                + (0.5 - squared / 24.0) * once
+                + (1.0 / 6.0 - squared / 120.0) * angle.cross(&once),
         };
         if let Some(previous) = self.previous {
             let k = interval_s * interval_s
@@ -221,6 +228,31 @@ impl Strapdown {
 mod tests {
     use super::*;
     use crate::earth::rotation::HeadingPitchRoll;
+
+    /// A block that turns evenly under gravity gains gravity and nothing else, at 10 Hz and 5 deg/s to 1e-9 of it in every axis.
+    #[test]
+    fn gravity_is_gravity_while_the_block_turns() {
+        let (dt, rate) = (0.1, Vector3::new(0.08, -0.03, 0.02));
+        let up = Vector3::new(0.3, -0.2, 9.8);
+        // ∫ exp(−τ ω×) f dτ of a force that stands still outside, from t to t + dt, by its series.
+        let (a, half) = ((rate * dt).cross_matrix(), 0.5);
+        let mean =
+            Matrix3::identity() - a * half + a * a / 6.0 - a * a * a / 24.0 + a * a * a * a / 120.0;
+        let mut corrector = IncrementCorrector::default();
+        for k in 0..5 {
+            let turned = small_rotation(&(rate * (dt * f64::from(k))));
+            let increment = Increment {
+                interval_s: dt,
+                angle: rate * dt,
+                velocity: mean * (turned.inverse() * up) * dt,
+            };
+            let corrected = corrector.correct(&increment);
+            if k > 0 {
+                let error = turned * corrected.velocity - up * dt;
+                assert!(error.norm() < 1e-9 * up.norm() * dt, "{error}");
+            }
+        }
+    }
 
     /// Classical coning of half-angle a. Without the correction the attitude drifts by ½ Ω a² (1 − sin x / x), x = Ω dt,
     /// the closed form of the interval's commutation integral; with it, next to nothing of that is left.

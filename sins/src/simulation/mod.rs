@@ -11,7 +11,9 @@
 mod aiding;
 mod block;
 mod encoder;
+mod grade;
 mod imu;
+mod named_truth;
 mod plant;
 mod readings;
 mod run;
@@ -22,7 +24,9 @@ mod truth;
 
 pub use aiding::{Aiding, AidingSettings, PositionFix, TimeWindow, VelocityFix};
 pub use encoder::{Encoder, EncoderSettings};
+pub use grade::{DrawnSensor, GRADE_NAMES, SensorGrade};
 pub use imu::{ImuErrorSettings, ImuErrors, NoiseReading, OutputSettings, Wandering};
+pub use named_truth::named_truth;
 pub use plant::{Plant, PlantSettings};
 pub use run::Run;
 pub use ship::{Course, Hull, MotionSettings, Ship, ShipMotion, ShipState, Swing, WaveSystem};
@@ -44,6 +48,7 @@ enum Stream {
     Walk = 5,
     Stamp = 6,
     Outlier = 7,
+    Grade = 8,
 }
 
 /// The generator of one sensor: streams of one seed are 2^128 numbers apart.

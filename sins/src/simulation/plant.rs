@@ -163,6 +163,17 @@ impl Plant {
         &self.motion
     }
 
+    /// Where the table's centre is, from where it was at the start: East, North, Up \[m\].
+    pub fn place_m(&self) -> Vector3<f64> {
+        if self.motion.is_at_rest() {
+            return Vector3::zeros();
+        }
+        self.motion
+            .at(0.0)
+            .position()
+            .offset_m(&self.ship.position())
+    }
+
     /// Seconds since the start.
     pub fn elapsed_s(&self) -> f64 {
         self.now.seconds_since(self.settings.start)

@@ -4,6 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::Settings;
+use super::encoders::EncoderUse;
 use super::judge::{Evidence, InnovationReport, Verdict};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
@@ -101,6 +102,8 @@ pub struct Estimate {
     pub innovations: InnovationReport,
     /// The block has turned since fine alignment began, or did before an alignment that was started anew.
     pub turned: bool,
+    /// What became of the encoders.
+    pub encoders: EncoderUse,
     /// Samples.
     pub samples: SampleReport,
     /// Time from the first sample of this alignment to `stamp` \[s\].

@@ -6,19 +6,23 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
+use super::encoders::Encoders;
 use super::judge::{Evidence, Judge};
 use super::running::Running;
 use super::schedule::Schedule;
-use super::{Estimate, Event, Phase, SampleReport, Settings, Thresholds};
+use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
+use super::{Estimate, Event, ModelChoice, Phase, SampleReport, Settings, Thresholds};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
-use crate::estimation::filter::Loop;
+use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::filter::{ErrorFilter, Loop};
+use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
-use crate::estimation::model::{Model, PaperFilter};
+use crate::estimation::model::Model;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
-use crate::sensor::{ImuSample, SensorErrors};
+use crate::sensor::{ImuSample, NoiseDensity, SensorErrors};
 use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};
 use crate::time::Stamp;
@@ -175,7 +179,7 @@ impl Estimator {
             Stage::Idle => {}
             Stage::Running(run) => {
                 let stamp = interval.stamp;
-                let advance = match run.advance(&interval, &self.settings) {
+                let advance = match run.advance(&interval, &self.settings, Some(stream.joints())) {
                     Ok(advance) => advance,
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
@@ -277,22 +281,43 @@ impl Estimator {
             velocity: Vector3::zeros(),
             position,
         };
-        let model = self.settings.prior.model();
         let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
-        let (errors, covariance) = known.as_ref().map_or_else(
-            || (SensorErrors::default(), model.initial_covariance(&place)),
-            |known| {
-                let prior = known.prior(&model, &place, last, &self.settings.walk);
-                (known.errors, prior)
-            },
-        );
-        let filter = PaperFilter::new(model, place, &errors, covariance, noise, Loop::Open)?;
+        let beginning = Beginning {
+            place,
+            known: known.as_ref(),
+            now: last,
+            walk: self.settings.walk,
+            noise,
+        };
+        let (settings, initial) = (&self.settings, &self.settings.prior);
+        let filter: AnyFilter = match settings.model {
+            ModelChoice::Paper => beginning.filter(initial.model())?.into(),
+            ModelChoice::Whole => {
+                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
+                let mut initial = *initial;
+                let [drift, bias] = grade.drift_and_bias();
+                let wider =
+                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
+                wider(&mut initial.gyroscope_drift_rad_s, drift);
+                wider(&mut initial.accelerometer_bias_m_s2, bias);
+                let groups = settings.groups.resolved(grade);
+                let azimuth =
+                    azimuth_prior_rad(&initial.gyroscope_drift_rad_s, position.latitude_rad.cos());
+                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
+                let model = groups.model(&initial);
+                beginning
+                    .filter(model)?
+                    .with_turn_noise(groups.turn_noise)
+                    .into()
+            }
+        };
         let schedule = Schedule::new(gathering.start, self.settings.step_s);
         let mut run = Running {
             filter,
             start: gathering.start,
             last: gathering.start,
             aiding: Aiding::new(self.settings.reference, schedule),
+            encoders: Encoders::default(),
             judge: self.judge_before.as_ref().map_or_else(
                 || Judge::new(&self.settings),
                 |before| before.of_next_alignment(&self.settings),
@@ -303,7 +328,7 @@ impl Estimator {
         };
         let mut last_update = None;
         for interval in &gathering.backlog {
-            let advance = run.advance(interval, &self.settings)?;
+            let advance = run.advance(interval, &self.settings, None)?;
             self.missing_velocities += u64::from(advance.velocity_missing);
             if advance.stepped {
                 last_update = Some(interval.stamp);
@@ -368,11 +393,47 @@ impl Estimator {
             states: run.filter.estimate(),
             innovations: run.judge.report(),
             turned: run.turned,
+            encoders: run.encoders.usage(),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
         };
         estimate.phase = estimate.evidence().phase(&self.settings);
         estimate
+    }
+}
+
+/// What a filter begins with.
+struct Beginning<'a> {
+    place: NavigationState,
+    known: Option<&'a SensorKnowledge>,
+    now: Stamp,
+    walk: SensorWalk,
+    noise: NoiseDensity,
+}
+
+impl Beginning<'_> {
+    fn filter<G: Model<M, N>, const M: usize, const N: usize>(
+        &self,
+        model: G,
+    ) -> Result<ErrorFilter<G, M, N>, Error> {
+        let (errors, covariance) = self.known.map_or_else(
+            || {
+                let prior = model.initial_covariance(&self.place);
+                (SensorErrors::default(), prior)
+            },
+            |known| {
+                let prior = known.prior(&model, &self.place, self.now, &self.walk);
+                (known.errors, prior)
+            },
+        );
+        ErrorFilter::new(
+            model,
+            self.place,
+            &errors,
+            covariance,
+            self.noise,
+            Loop::Open,
+        )
     }
 }
 

@@ -18,6 +18,7 @@ mod aiding;
 mod alignment;
 mod calibration_check;
 mod calibration_record;
+mod encoders;
 mod estimate;
 mod estimator;
 mod event;
@@ -29,12 +30,13 @@ mod settings;
 mod thresholds;
 
 pub use calibration_record::{CalibrationRecord, RecordedCovariance};
+pub use encoders::{EncoderAccuracy, EncoderUse};
 pub use estimate::{Calibration, Estimate, NOT_KNOWN, Phase, SampleReport};
 pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
 pub use judge::{Doubt, InnovationReport, Verdict};
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{Reference, Settings, default_noise};
+pub use settings::{ModelChoice, Reference, Settings, default_noise};
 pub use thresholds::Thresholds;
 
 use crate::earth::Position;

@@ -4,13 +4,15 @@ use nalgebra::UnitQuaternion;
 
 use super::Settings;
 use super::aiding::{Aiding, Due};
+use super::encoders::Encoders;
 use super::judge::Judge;
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
 use crate::error::Error;
+use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::measurement::{Innovation, Outcome};
-use crate::estimation::model::PaperFilter;
 use crate::machines::unseen_motion::Passage;
+use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
 use crate::time::Stamp;
 
@@ -28,10 +30,11 @@ pub(super) struct Advance {
 /// The filter with its aiding and its judge.
 #[derive(Clone, Debug)]
 pub(super) struct Running {
-    pub(super) filter: PaperFilter,
+    pub(super) filter: AnyFilter,
     pub(super) start: Stamp,
     pub(super) last: Stamp,
     pub(super) aiding: Aiding,
+    pub(super) encoders: Encoders,
     pub(super) judge: Judge,
     /// Attitude when fine alignment began; the turn from it begins calibration.
     pub(super) reference_attitude: UnitQuaternion<f64>,
@@ -41,7 +44,7 @@ pub(super) struct Running {
 }
 
 impl Running {
-    /// Propagates, and at the end of a covariance step updates.
+    /// Propagates, and at the end of a covariance step updates. Joints are given where they belong to this interval.
     ///
     /// # Errors
     /// As [`ErrorFilter::step`](crate::estimation::filter::ErrorFilter::step): the filter is of no more use.
@@ -49,6 +52,7 @@ impl Running {
         &mut self,
         interval: &Interval,
         settings: &Settings,
+        joints: Option<&JointHistory>,
     ) -> Result<Advance, Error> {
         let passage = interval.hole.as_ref().map(|hole| passage(hole, settings));
         let mut held = false;
@@ -82,7 +86,16 @@ impl Running {
                     let normalized = [east, north].map(|i| Innovation::normalized_squared(&i));
                     self.judge.take(normalized.iter().sum());
                 }
+                if self.filter.has_vertical_channel() {
+                    let sigma = measurement.sigma[0].max(measurement.sigma[1]);
+                    self.filter.update_vertical_velocity(0.0, sigma, None);
+                }
             }
+        }
+        if let (Some(joints), Some(accuracy)) = (joints, &settings.encoders) {
+            let (stamp, turntable) = (interval.stamp, settings.turntable);
+            self.encoders
+                .take(stamp, joints, turntable, accuracy, &mut self.filter);
         }
         advance.stepped = true;
         let attitude = self.filter.navigation().attitude;

@@ -2,12 +2,14 @@
 
 use nalgebra::SMatrix;
 
-use crate::estimation::filter::ErrorFilter;
+use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use crate::estimation::groups::table::BASE_ATTITUDE;
 use crate::estimation::model::Model;
 use crate::estimation::state::NamedCovariance;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::SensorErrors;
+use crate::table::TableErrors;
 use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
 
@@ -37,6 +39,7 @@ pub(super) struct SensorKnowledge {
     /// When it was learnt.
     pub(super) stamp: Stamp,
     pub(super) errors: SensorErrors,
+    pub(super) table: TableErrors,
     /// Of the states of the sensors, whichever the filter has.
     covariance: NamedCovariance,
     /// The block has turned, so that they have come apart from the attitude.
@@ -45,17 +48,14 @@ pub(super) struct SensorKnowledge {
 
 impl SensorKnowledge {
     /// What a filter knows.
-    pub(super) fn of<G: Model<M, N>, const M: usize, const N: usize>(
-        filter: &ErrorFilter<G, M, N>,
-        stamp: Stamp,
-        turned: bool,
-    ) -> Self {
+    pub(super) fn of(filter: &AnyFilter, stamp: Stamp, turned: bool) -> Self {
         Self {
             stamp,
             errors: filter.sensor_errors(),
+            table: filter.table().errors,
             covariance: filter
                 .named_covariance()
-                .retain(|name, _| !G::is_moving(name)),
+                .retain(|name, _| !filter.is_moving(name) && !BASE_ATTITUDE.contains(&name)),
             turned,
         }
     }

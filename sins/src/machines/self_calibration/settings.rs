@@ -3,9 +3,11 @@
 use nalgebra::Vector3;
 
 use super::Thresholds;
+use super::encoders::EncoderAccuracy;
 use super::sensor_knowledge::SensorWalk;
 use crate::error::Error;
 use crate::estimation::filter::InitialUncertainty;
+use crate::estimation::grade::{Grade, GroupPriors};
 use crate::machines::unseen_motion::UnseenMotion;
 use crate::sensor::sample::NoiseDensity;
 use crate::stream::StreamSettings;
@@ -28,11 +30,57 @@ pub enum Reference {
     },
 }
 
+/// Which errors are estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ModelChoice {
+    /// The paper's thirteen states: navigation, biases, drifts.
+    #[default]
+    Paper,
+    /// The whole sensor on the whole table, with a vertical channel; the groups whose prior is not zero.
+    Whole,
+}
+
+impl ModelChoice {
+    /// The name that the command line and parameters carry.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Whole => "whole",
+        }
+    }
+}
+
+impl std::fmt::Display for ModelChoice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for ModelChoice {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        [Self::Paper, Self::Whole]
+            .into_iter()
+            .find(|model| model.name() == text)
+            .ok_or_else(|| Error::setting("model", text, "whole or paper"))
+    }
+}
+
 /// Everything that self-calibration can be told.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Which axis each joint turns about; needed for the vehicle's attitude only.
     pub turntable: Turntable,
+    /// Which errors are estimated.
+    pub model: ModelChoice,
+    /// Grade of the sensor, of which the whole model takes what is known before; none: as the noise tells it. Drifts and biases
+    /// are as uncertain as `prior` or the grade says, whichever is wider.
+    pub grade: Option<Grade>,
+    /// What is known before of those that the whole model has beyond the paper's; negative: as the grade says.
+    pub groups: GroupPriors,
+    /// What the encoders are worth to the whole model; none: they are not used.
+    pub encoders: Option<EncoderAccuracy>,
     /// White noise of the sensors; by default what the samples' own variances say.
     pub noise: Option<NoiseDensity>,
     /// Initial one-sigma. The misalignment is meant to be wide: the coarse alignment only chooses the point about which the
@@ -77,6 +125,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             turntable: Turntable::default(),
+            model: ModelChoice::default(),
+            grade: None,
+            groups: GroupPriors::BY_GRADE,
+            encoders: Some(EncoderAccuracy::default()),
             noise: None,
             prior: InitialUncertainty {
                 position_m: 10.0,
@@ -164,6 +216,16 @@ impl Settings {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(Error::setting(name, value, "a number that is not negative"));
             }
+        }
+        for (name, value) in self.groups.named() {
+            if !value.is_finite() {
+                let name = format!("groups.{name}");
+                return Err(Error::setting(name, value, "a finite number"));
+            }
+        }
+        if let Some(encoders) = &self.encoders {
+            positive("encoders.sigma_rad", encoders.sigma_rad)?;
+            positive("encoders.wobble_sigma_rad", encoders.wobble_sigma_rad)?;
         }
         for (name, value) in [
             ("refused_share", self.refused_share),

@@ -10,7 +10,7 @@ pub use sea::{Hull, WaveSystem};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::earth::LocalEarth;
+use crate::earth::{LocalEarth, Position};
 use crate::error::Error;
 use crate::range;
 
@@ -66,6 +66,17 @@ pub struct ShipState {
     pub longitude_rad: f64,
     /// Height above the ellipsoid \[m\].
     pub height_m: f64,
+}
+
+impl ShipState {
+    /// Where the table's centre is.
+    pub fn position(&self) -> Position {
+        Position {
+            latitude_rad: self.latitude_rad,
+            longitude_rad: self.longitude_rad,
+            height_m: self.height_m,
+        }
+    }
 }
 
 impl Ship {
