@@ -76,7 +76,7 @@ pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
     );
     frame.render_widget(
         Paragraph::new(
-            "q quits   ✓ sigma below the default threshold   curves: log sigma since the start",
+            "q quits   ✓ sigma below the default threshold   curves: log sigma since start",
         ),
         foot,
     );
