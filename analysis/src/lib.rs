@@ -8,7 +8,6 @@
 //! Each gives values, a text, JSON and a page. Nothing here prints, reads arguments or speaks to a network: who wants to
 //! know how far the work is gives a [`Listener`].
 
-mod calibrator;
 pub mod compare;
 mod error;
 pub mod experiment;
@@ -19,7 +18,6 @@ pub mod run_report;
 mod sensor_source;
 mod words;
 
-pub use calibrator::Calibrator;
 pub use error::Error;
 pub use listener::Listener;
 pub use notes::Notes;

@@ -125,7 +125,7 @@ impl SelfCalibrationEstimate {
     ///
     /// # Errors
     /// Why it is no estimate.
-    pub fn from_cdr(payload: &[u8]) -> Result<Self, String> {
+    pub fn from_cdr(payload: &[u8]) -> Result<Self, cdr::Error> {
         of_bag(payload)
     }
 
@@ -144,7 +144,7 @@ impl SelfCalibrationEstimate {
 }
 
 /// Reads a payload that may be from before the last array of its type was there.
-fn of_bag<M: RosMessage>(payload: &[u8]) -> Result<M, String> {
+fn of_bag<M: RosMessage>(payload: &[u8]) -> Result<M, cdr::Error> {
     cdr::decode(payload).or_else(|error| {
         // The length of an empty array, behind as many bytes as bring it to its place.
         let mut longer = payload.to_vec();
@@ -213,7 +213,7 @@ impl Calibration {
     ///
     /// # Errors
     /// Why it is no calibration.
-    pub fn from_cdr(payload: &[u8]) -> Result<Self, String> {
+    pub fn from_cdr(payload: &[u8]) -> Result<Self, cdr::Error> {
         of_bag(payload)
     }
 

@@ -173,6 +173,33 @@ fn a_jump_goes_on_from_the_newest_position() {
     }
 }
 
+/// The encoders tell what the table turned in a hole, not what the ship did: `longest_hole_s` ends the navigation all the same.
+#[test]
+fn the_longest_hole_counts_whatever_the_encoders_tell() {
+    for (seconds, restarts) in [(290, 0), (310, 1)] {
+        let ship = Ship::moored(place());
+        let mut navigator = Navigator::new(settings()).unwrap();
+        navigator.push_position(place()).unwrap();
+        let mut all = Vec::new();
+        for k in (0..number(10)).chain(number(10 + seconds)..number(20 + seconds)) {
+            navigator.push_joints(joints(k)).unwrap();
+            navigator.push_imu(&ship.sample(k));
+            if k == number(5) {
+                let calibration = calibration(k - 20, place());
+                navigator.push_calibration(calibration).unwrap();
+            }
+            all.extend(events(&mut navigator));
+        }
+        let is_restart =
+            |event: &&NavigatorEvent| matches!(event, NavigatorEvent::Restarted { .. });
+        assert_eq!(
+            all.iter().filter(is_restart).count(),
+            restarts,
+            "{seconds} s"
+        );
+    }
+}
+
 /// A minute without samples under way: no alignment; course and speed are kept, and the covariance grows by what a ship does.
 #[test]
 fn a_hole_under_way_keeps_course_and_speed() {

@@ -67,7 +67,7 @@ fn calibrations(grade: SensorGrade, seed: u64) -> [Departure; 2] {
         SelfCalibration::new(settings).unwrap()
     });
     let mut run = record(&grade.draw(seed), seed, 4.0);
-    while let Some(tick) = run.next() {
+    for tick in run.by_ref() {
         let tick = tick.unwrap();
         for machine in &mut machines {
             if let Some(fix) = place(&tick) {
@@ -151,7 +151,7 @@ fn samples_are_handed_on_without_any_error() {
     // What is gained too much, m/s: as it is handed on, and by a compensation without memory.
     let (mut gained, mut without_memory) = (Vector3::zeros(), Vector3::zeros());
     let mut last: Option<Box<NavigatorOutput>> = None;
-    while let Some(tick) = run.next() {
+    for tick in run.by_ref() {
         let tick = tick.unwrap();
         navigator.push_imu(&tick.imu);
         while let Some(event) = navigator.poll() {

@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use analysis::{Calibrator, Notes};
+use analysis::Notes;
 use anyhow::Context;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
@@ -16,7 +16,7 @@ use sins::{
         vertical,
     },
     estimation::model,
-    machines::self_calibration::{Estimate, Event, ModelChoice, Verdict},
+    machines::self_calibration::{Estimate, Event, ModelChoice, SelfCalibration, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -101,10 +101,12 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
-    let mut calibrator = Calibrator::new(&settings)?;
+    let mut calibrator = SelfCalibration::new(settings.clone())?;
     let mut said = 0.0;
     let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
-        calibrator.push(&sample)?;
+        if let Some(reading) = sample.reading() {
+            calibrator.push(&reading)?;
+        }
         while let Some(event) = calibrator.poll() {
             told.event(&event);
             if let Event::Estimate(estimate) = &event
@@ -117,7 +119,6 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         Ok(ControlFlow::Continue(()))
     })?;
     let estimate = calibrator
-        .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
     while let Some(event) = calibrator.poll() {

@@ -5,6 +5,7 @@
 //! or the input cannot be used, with one line on standard error.
 
 mod align;
+mod ament_types;
 mod calibrate;
 mod compare;
 mod demo;

@@ -146,6 +146,11 @@ impl Navigator {
         self.stage.phase()
     }
 
+    /// Whether its alignment cannot begin, because no position has come: that of a calibration is of the time of the calibration.
+    pub fn waits_for_position(&self) -> bool {
+        self.phase() == NavigatorPhase::Aligning && self.position.is_none()
+    }
+
     /// The stream of its samples: counts, what waits, the joints.
     pub fn stream(&self) -> &Stream {
         &self.stream

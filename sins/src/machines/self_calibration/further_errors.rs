@@ -6,11 +6,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::estimation::group::Group;
 use crate::estimation::groups::arms::AccelerometerArms;
+use crate::estimation::groups::bias::Bias;
 use crate::estimation::groups::delay::ACCELEROMETER_DELAY;
 use crate::estimation::groups::g_sensitivity::GYROSCOPE_G_SENSITIVITIES;
 use crate::estimation::groups::quadratic::ACCELEROMETER_QUADRATIC;
-use crate::estimation::groups::table::{BASE_ATTITUDE, Table, TableEstimate};
-use crate::estimation::model::{Model, Whole};
+use crate::estimation::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
+use crate::estimation::groups::table::Table;
 use crate::sensor::SensorErrors;
 use crate::table::TableErrors;
 
@@ -59,22 +60,17 @@ pub fn further_errors(errors: &SensorErrors, table: &TableErrors) -> Vec<(&'stat
     names().zip(values(errors, table)).collect()
 }
 
-/// Every error of sensors and table with its name, as the whole model orders them; then the g-sensitivities across the axes.
+/// Every error of sensors and table with its name: drifts and biases, the two matrices, and the further ones.
 pub fn named_errors(errors: &SensorErrors, table: &TableErrors) -> Vec<(&'static str, f64)> {
-    let estimate = TableEstimate {
-        errors: *table,
-        base: None,
-    };
-    let found = Whole::found(errors, &estimate);
-    let of_model = Whole::STATES.iter().zip(found.iter());
-    let still = of_model
-        .filter(|(label, _)| !Whole::is_moving(label.name) && !BASE_ATTITUDE.contains(&label.name));
-    let mut all: Vec<_> = still.map(|(label, value)| (label.name, *value)).collect();
-    for (name, value) in further_errors(errors, table) {
-        if Whole::position(name).is_none() {
-            all.push((name, value));
-        }
+    fn of<G: Group>(errors: &SensorErrors) -> Vec<(&'static str, f64)> {
+        let mut values = vec![0.0; G::SIZE];
+        G::found(errors, &mut values);
+        G::LABELS.iter().map(|l| l.name).zip(values).collect()
     }
+    let mut all = of::<Bias>(errors);
+    all.extend(of::<GyroscopeMatrix>(errors));
+    all.extend(of::<AccelerometerMatrix>(errors));
+    all.extend(further_errors(errors, table));
     all
 }
 

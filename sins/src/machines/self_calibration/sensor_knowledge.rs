@@ -1,9 +1,10 @@
 //! What is known of the sensors: it outlives every hole, jump and restart.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3};
 
 use super::Calibration;
 use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::groups::antenna::ANTENNA_ARM;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::table::BASE_ATTITUDE;
 use crate::estimation::model::{Model, Whole};
@@ -41,6 +42,7 @@ pub(in crate::machines) struct SensorKnowledge {
     pub(super) stamp: Stamp,
     pub(super) errors: SensorErrors,
     pub(super) table: TableErrors,
+    pub(super) antenna_arm_m: Vector3<f64>,
     /// Of the states of the sensors, whichever the filter has.
     covariance: NamedCovariance,
     /// The block has turned, so that they have come apart from the attitude.
@@ -54,9 +56,10 @@ impl SensorKnowledge {
             stamp: now,
             errors: calibration.errors,
             table: calibration.table,
+            antenna_arm_m: Vector3::zeros(),
             covariance: calibration.covariance.retain(|name, _| {
                 let is_moving = Whole::is_moving(name);
-                !is_moving && !BASE_ATTITUDE.contains(&name)
+                !is_moving && !BASE_ATTITUDE.contains(&name) && !ANTENNA_ARM.contains(&name)
             }),
             turned: true,
         }
@@ -68,6 +71,7 @@ impl SensorKnowledge {
             stamp,
             errors: filter.sensor_errors(),
             table: filter.table().errors,
+            antenna_arm_m: filter.table().antenna_arm_m,
             covariance: filter
                 .named_covariance()
                 .retain(|name, _| !filter.is_moving(name) && !BASE_ATTITUDE.contains(&name)),
