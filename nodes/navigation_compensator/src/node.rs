@@ -117,7 +117,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         Reference::Measured { .. } => {
             Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
         }
-        Reference::Moored { .. } => None,
+        _ => None,
     };
     let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     watch(&node, &shared);

@@ -10,7 +10,7 @@ use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::convert::{
-    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+    FromMessage, fix_from_message, stamp_from_time, velocity_from_twist,
 };
 use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
@@ -106,8 +106,8 @@ impl Calibrator {
         self.inputs.fix.arrived(1);
         if let Some((kind, reason)) = translation::refusal(fix) {
             self.inputs.fix.refuse(kind, reason);
-        } else if let Some(position) = position_from_fix(fix)
-            && let Err(error) = self.machine.push_position(position)
+        } else if let Some(fix) = fix_from_message(fix)
+            && let Err(error) = self.machine.push_fix(fix)
         {
             self.inputs.fix.refuse("off the globe", error);
         }

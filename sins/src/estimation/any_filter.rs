@@ -1,6 +1,6 @@
 //! A filter whose model is chosen while the program runs: for whoever drives it, nothing is generic.
 
-use super::filter::{Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
+use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
 use super::groups::table::TableEstimate;
 use super::measurement::{Outcome, UpdateCounts};
 use super::model::{Model, Paper, PaperFilter, Whole, WholeFilter};
@@ -8,7 +8,7 @@ use super::state::{NamedCovariance, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::compensation::Compensation;
-use crate::sensor::{Increment, SensorErrors};
+use crate::sensor::{Increment, NoiseDensity, PositionMeasurement, SensorErrors};
 
 /// The filter of one of the models.
 #[derive(Clone, Debug)]
@@ -65,6 +65,7 @@ impl AnyFilter {
         compensation() -> &Compensation;
         sensor_errors() -> SensorErrors;
         table() -> &TableEstimate;
+        noise() -> &NoiseDensity;
         estimate() -> StateEstimate;
         named_covariance() -> NamedCovariance;
         counts() -> UpdateCounts;
@@ -80,6 +81,7 @@ impl AnyFilter {
         step() -> Result<(), Error>;
         update_velocity(measurement: &VelocityMeasurement, gate: Option<f64>) -> [Outcome; 2];
         update_vertical_velocity(up_m_s: f64, sigma_m_s: f64, gate: Option<f64>) -> [Outcome; 1];
+        update_position(measurement: &PositionMeasurement, age_s: f64, arm: &AntennaArm, gate: Option<f64>) -> [Outcome; 3];
         update_encoders(reading: &EncoderReading, gate: Option<f64>) -> [Outcome; 3];
         set_base_walk(walk_rad_sqrt_s: f64);
         forget_base();

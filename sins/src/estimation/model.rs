@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::filter::ErrorFilter;
 use super::group::{Coupling, Group, Interval, Span};
+use super::groups::antenna::Antenna;
 use super::groups::arms::AccelerometerArms;
 use super::groups::bias::Bias;
 use super::groups::delay::AccelerometerDelay;
@@ -35,6 +36,8 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     const TABLE: Option<usize>;
     /// Where the attitude of the table's base begins, where it is among the groups.
     const BASE: Option<usize>;
+    /// Where the antenna's arm begins, where it is among the groups.
+    const ANTENNA: Option<usize>;
     /// What the groups gather.
     type Gathered: Copy + Default + std::fmt::Debug;
 
@@ -191,6 +194,10 @@ macro_rules! model {
                 $((<$moving_group as Group>::OF_BASE, <$moving_group as Group>::SIZE),)+
                 $((<$group_type as Group>::OF_BASE, <$group_type as Group>::SIZE),)*
             ]);
+            const ANTENNA: Option<usize> = first_of(&[
+                $((<$moving_group as Group>::OF_ANTENNA, <$moving_group as Group>::SIZE),)+
+                $((<$group_type as Group>::OF_ANTENNA, <$group_type as Group>::SIZE),)*
+            ]);
             type Gathered = $gathered;
 
             fn prior(&self, place: &NavigationState) -> SVector<f64, { $model::N }> {
@@ -286,7 +293,7 @@ model! {
 }
 
 model! {
-    /// The whole sensor on the whole table: 56 states.
+    /// The whole sensor on the whole table, and the antenna: 60 states.
     Whole, gathers WholeGathered, filter WholeFilter:
     moving { navigation: Navigation, vertical: Vertical }
     parameters {
@@ -298,6 +305,7 @@ model! {
         g_sensitivity: GyroscopeGSensitivity,
         delay: AccelerometerDelay,
         table: Table,
+        antenna: Antenna,
         base: BaseAttitude,
     }
 }

@@ -2,17 +2,21 @@
 
 use super::Tick;
 use crate::earth::Position;
-use crate::sensor::VelocityMeasurement;
+use crate::sensor::{PositionMeasurement, VelocityMeasurement};
 use crate::stream::Reading;
 
 impl Tick {
     /// Its readings as a machine takes them: what aids a sample comes before it.
     pub fn readings(&self) -> impl Iterator<Item = Reading> + use<> {
         let position = self.position.map(|fix| {
-            Reading::Position(Position {
-                latitude_rad: fix.latitude_rad,
-                longitude_rad: fix.longitude_rad,
-                height_m: fix.height_m,
+            Reading::Fix(PositionMeasurement {
+                stamp: fix.stamp,
+                position: Position {
+                    latitude_rad: fix.latitude_rad,
+                    longitude_rad: fix.longitude_rad,
+                    height_m: fix.height_m,
+                },
+                sigma_m: fix.variance_m2.map(f64::sqrt),
             })
         });
         let velocity = self.velocity.map(|fix| {

@@ -8,8 +8,8 @@
 //!    patience is counted by the samples' own stamps, never by a clock.
 //!
 //! An **epoch** is a stretch of time without a break. What belongs to one (the sample before, the readings of the joints) is
-//! one value that is made anew when an epoch begins; nothing is cleared by hand. Positions do not pass through here: a position
-//! has no time for the machines, only the newest counts.
+//! one value that is made anew when an epoch begins; nothing is cleared by hand. Positions pass through where they are measured
+//! against; for the place of an alignment only the newest counts, which has no need of order.
 //!
 //! ```
 //! use sins::{Stamp, sensor::ImuSample, stream::{Item, Stream, StreamSettings}};
@@ -55,7 +55,7 @@ use plausibility::{SensorRange, Sieve, Sifted};
 pub use reading::Reading;
 
 use crate::error::Error;
-use crate::sensor::{ImuSample, Increment, VelocityMeasurement};
+use crate::sensor::{ImuSample, Increment, PositionMeasurement, VelocityMeasurement};
 use crate::table::JointSample;
 use crate::time::{Stamp, seconds_to_nanos};
 
@@ -72,6 +72,8 @@ pub struct StreamSettings {
     pub joint_patience_s: f64,
     /// How much later than a sample its velocity may come \[s\]; none: velocities are left aside.
     pub velocity_patience_s: Option<f64>,
+    /// How much later than a sample its position may come \[s\]; none: positions are left aside.
+    pub position_patience_s: Option<f64>,
     /// What the sensors can give.
     pub range: SensorRange,
 }
@@ -83,6 +85,7 @@ impl Default for StreamSettings {
             longest_told_hole_s: 3600.0,
             joint_patience_s: 0.0,
             velocity_patience_s: None,
+            position_patience_s: None,
             range: SensorRange::default(),
         }
     }
@@ -112,6 +115,15 @@ pub struct Hole {
     pub turned: Option<TableTurn>,
 }
 
+/// A position, and how the table stood at the end of its interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionAt {
+    /// The position.
+    pub measurement: PositionMeasurement,
+    /// Angles (outer, inner) \[rad\]; zero where no joint state has come.
+    pub angles: [f64; 2],
+}
+
 /// One interval between two samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
@@ -121,6 +133,8 @@ pub struct Interval {
     pub increment: Increment,
     /// The last velocity at or before its end that has not been handed out.
     pub velocity: Option<VelocityMeasurement>,
+    /// The last position at or before its end that has not been handed out.
+    pub position: Option<Box<PositionAt>>,
     /// Where samples are missing in it.
     pub hole: Option<Box<Hole>>,
 }
@@ -156,6 +170,7 @@ pub struct Stream {
     order: StampOrder<ImuSample>,
     joints: Lane<JointSample>,
     velocities: Lane<VelocityMeasurement>,
+    positions: Lane<PositionMeasurement>,
     epoch: Epoch,
     newest: Option<Stamp>,
     ended: bool,
@@ -174,6 +189,7 @@ impl Stream {
             order: StampOrder::default(),
             joints: Lane::default(),
             velocities: Lane::default(),
+            positions: Lane::default(),
             epoch: Epoch::default(),
             newest: None,
             ended: false,
@@ -229,6 +245,18 @@ impl Stream {
         }
         if self.settings.velocity_patience_s.is_some() {
             self.velocities.push(stamp, measurement);
+        }
+        Ok(())
+    }
+
+    /// Takes a position, where positions are asked for and it says how well it knows.
+    ///
+    /// # Errors
+    /// As [`Position::checked`](crate::earth::Position::checked); the position is left out.
+    pub fn push_position(&mut self, measurement: PositionMeasurement) -> Result<(), Error> {
+        measurement.position.checked()?;
+        if self.settings.position_patience_s.is_some() && measurement.is_measured() {
+            self.positions.push(measurement.stamp, measurement);
         }
         Ok(())
     }
@@ -304,7 +332,9 @@ impl Stream {
     /// Counts of everything so far.
     pub fn counts(&self) -> StreamCounts {
         StreamCounts {
-            side_refused: self.joints.refused() + self.velocities.refused(),
+            side_refused: self.joints.refused()
+                + self.velocities.refused()
+                + self.positions.refused(),
             ..self.order.counts()
         }
     }
@@ -324,23 +354,32 @@ impl Stream {
         if self.joints.is_alive() && !self.joints.covers(stamp) && patient(joint_patience_s) {
             return true;
         }
-        let velocity_patience_s = self.settings.velocity_patience_s;
-        velocity_patience_s.is_some_and(|patience_s| {
-            !self.velocities.covers(stamp)
-                && (0..=seconds_to_nanos(patience_s)).contains(&age_nanos)
-        })
+        let within = |patience_s: f64| (0..=seconds_to_nanos(patience_s)).contains(&age_nanos);
+        let waits = |patience_s: Option<f64>, covered: bool| {
+            patience_s.is_some_and(|patience_s| !covered && within(patience_s))
+        };
+        waits(
+            self.settings.velocity_patience_s,
+            self.velocities.covers(stamp),
+        ) || (self.positions.is_alive()
+            && waits(
+                self.settings.position_patience_s,
+                self.positions.covers(stamp),
+            ))
     }
 
     fn begin(&mut self, sample: ImuSample, cause: EpochCause) -> Item {
         if matches!(cause, EpochCause::SetBack { .. }) {
             self.joints.begin_epoch();
             self.velocities.begin_epoch();
+            self.positions.begin_epoch();
             self.epoch = Epoch::default();
         }
         self.epoch.previous = Some(sample);
         self.take_joints(sample.stamp);
         // A velocity of before the first interval belongs to none.
         while self.velocities.pop_until(sample.stamp).is_some() {}
+        while self.positions.pop_until(sample.stamp).is_some() {}
         Item::Epoch { sample, cause }
     }
 
@@ -386,6 +425,13 @@ impl Stream {
         while let Some((_, next)) = self.velocities.pop_until(sample.stamp) {
             velocity = Some(next);
         }
+        let mut position = None;
+        while let Some((_, measurement)) = self.positions.pop_until(sample.stamp) {
+            position = Some(Box::new(PositionAt {
+                measurement,
+                angles: self.epoch.joints.angles_at(sample.stamp),
+            }));
+        }
         let (mut rate, mut force) = (sample.angular_rate, sample.specific_force);
         let hole = hole.and_then(|(lost, turned)| {
             let before = self.epoch.previous?;
@@ -404,6 +450,7 @@ impl Stream {
             stamp: sample.stamp,
             increment: Increment::from_averages(interval_s, &rate, &force),
             velocity,
+            position,
             hole,
         };
         Item::Interval(interval, sample)

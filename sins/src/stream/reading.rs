@@ -1,7 +1,7 @@
 //! Whatever a machine is fed.
 
 use crate::earth::Position;
-use crate::sensor::{ImuSample, VelocityMeasurement};
+use crate::sensor::{ImuSample, PositionMeasurement, VelocityMeasurement};
 use crate::table::JointSample;
 use crate::time::Stamp;
 
@@ -13,7 +13,9 @@ pub enum Reading {
     Imu(ImuSample),
     /// Of the table's encoders.
     Joints(JointSample),
-    /// Of a satellite receiver, or given.
+    /// Of a satellite receiver.
+    Fix(PositionMeasurement),
+    /// A position that is given, without a time.
     Position(Position),
     /// Velocity over ground, with its time.
     Velocity(Stamp, VelocityMeasurement),

@@ -11,7 +11,7 @@ use super::judge::{Evidence, Judge};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
-use super::{Estimate, Event, ModelChoice, Phase, SampleReport, Settings, Thresholds};
+use super::{Estimate, Event, ModelChoice, Phase, Reference, SampleReport, Settings, Thresholds};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
@@ -289,51 +289,50 @@ impl Estimator {
             walk: self.settings.walk,
             noise,
         };
-        let (settings, initial) = (&self.settings, &self.settings.prior);
-        let filter: AnyFilter = match settings.model {
-            ModelChoice::Paper => beginning.filter(initial.model())?.into(),
-            ModelChoice::Whole => {
-                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
-                let mut initial = *initial;
-                let [drift, bias] = grade.drift_and_bias();
-                let wider =
-                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
-                wider(&mut initial.gyroscope_drift_rad_s, drift);
-                wider(&mut initial.accelerometer_bias_m_s2, bias);
-                let groups = settings.groups.resolved(grade);
-                let azimuth =
-                    azimuth_prior_rad(&initial.gyroscope_drift_rad_s, position.latitude_rad.cos());
-                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
-                let model = groups.model(&initial);
-                beginning
-                    .filter(model)?
-                    .with_turn_noise(groups.turn_noise)
-                    .into()
+        let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
+            let schedule = Schedule::new(gathering.start, self.settings.step_s);
+            let mut run = Running {
+                filter: beginning.any_filter(&self.settings, reference)?,
+                start: gathering.start,
+                last: gathering.start,
+                aiding: Aiding::new(reference, schedule),
+                encoders: Encoders::default(),
+                judge: self.judge_before.as_ref().map_or_else(
+                    || Judge::new(&self.settings),
+                    |before| before.of_next_alignment(&self.settings),
+                ),
+                normalized: (0.0, 0),
+                reference_attitude: coarse.at_start,
+                turned: false,
+                reference_vehicle: coarse.at_start,
+            };
+            let (mut last_update, mut missing) = (None, 0);
+            for interval in &gathering.backlog {
+                let advance = run.advance(interval, &self.settings, None)?;
+                missing += u64::from(advance.velocity_missing);
+                if advance.stepped {
+                    last_update = Some(interval.stamp);
+                }
             }
+            Ok((run, last_update, missing))
         };
-        let schedule = Schedule::new(gathering.start, self.settings.step_s);
-        let mut run = Running {
-            filter,
-            start: gathering.start,
-            last: gathering.start,
-            aiding: Aiding::new(self.settings.reference, schedule),
-            encoders: Encoders::default(),
-            judge: self.judge_before.as_ref().map_or_else(
-                || Judge::new(&self.settings),
-                |before| before.of_next_alignment(&self.settings),
-            ),
-            reference_attitude: coarse.at_start,
-            turned: false,
-            reference_vehicle: coarse.at_start,
-        };
-        let mut last_update = None;
-        for interval in &gathering.backlog {
-            let advance = run.advance(interval, &self.settings, None)?;
-            self.missing_velocities += u64::from(advance.velocity_missing);
-            if advance.stepped {
-                last_update = Some(interval.stamp);
+        let (mut run, last_update, missing) = match self.settings.reference {
+            Reference::Auto {
+                sigma_m_s,
+                patience_s,
+            } => {
+                let moored = gone_over(Reference::Moored { sigma_m_s });
+                let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
+                let are_enough = positions.count() >= LEAST_POSITIONS;
+                match moored {
+                    Ok(moored) if !(are_enough && moored.0.moves()) => moored,
+                    Err(error) if !are_enough => return Err(error),
+                    _ => gone_over(Reference::Position { patience_s })?,
+                }
             }
-        }
+            reference => gone_over(reference)?,
+        };
+        self.missing_velocities += missing;
         run.filter.close_loop();
         run.reference_attitude = run.filter.navigation().attitude;
         run.turned |= known.is_some_and(|known| known.turned);
@@ -402,6 +401,12 @@ impl Estimator {
     }
 }
 
+/// So many positions in an alignment can tell how the ship moves.
+const LEAST_POSITIONS: usize = 30;
+
+/// One-sigma of an antenna's arm that was told \[m\].
+const TOLD_ARM_M: f64 = 0.1;
+
 /// What a filter begins with.
 struct Beginning<'a> {
     place: NavigationState,
@@ -412,6 +417,39 @@ struct Beginning<'a> {
 }
 
 impl Beginning<'_> {
+    /// The filter of the model that the settings choose.
+    fn any_filter(&self, settings: &Settings, reference: Reference) -> Result<AnyFilter, Error> {
+        let (initial, noise) = (&settings.prior, &self.noise);
+        Ok(match settings.model {
+            ModelChoice::Paper => self.filter(initial.model())?.into(),
+            ModelChoice::Whole => {
+                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
+                let mut initial = *initial;
+                let [drift, bias] = grade.drift_and_bias();
+                let wider =
+                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
+                wider(&mut initial.gyroscope_drift_rad_s, drift);
+                wider(&mut initial.accelerometer_bias_m_s2, bias);
+                let mut groups = settings.groups.resolved(grade);
+                if !matches!(reference, Reference::Position { .. }) {
+                    groups.antenna_arm_m = 0.0;
+                } else if settings.groups.antenna_arm_m < 0.0 && settings.antenna.arm_m.amax() > 0.0
+                {
+                    groups.antenna_arm_m = TOLD_ARM_M;
+                }
+                let azimuth = azimuth_prior_rad(
+                    &initial.gyroscope_drift_rad_s,
+                    self.place.position.latitude_rad.cos(),
+                );
+                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
+                let model = groups.model(&initial);
+                self.filter(model)?
+                    .with_turn_noise(groups.turn_noise)
+                    .into()
+            }
+        })
+    }
+
     fn filter<G: Model<M, N>, const M: usize, const N: usize>(
         &self,
         model: G,

@@ -36,12 +36,12 @@ pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
 pub use judge::{Doubt, InnovationReport, Verdict};
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{ModelChoice, Reference, Settings, default_noise};
+pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};
 pub use thresholds::Thresholds;
 
 use crate::earth::Position;
 use crate::error::Error;
-use crate::sensor::{ImuSample, VelocityMeasurement};
+use crate::sensor::{ImuSample, PositionMeasurement, VelocityMeasurement};
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Reading, Stream};
 use crate::table::JointSample;
@@ -128,7 +128,7 @@ impl SelfCalibration {
     /// Takes a reading of any kind, as it comes.
     ///
     /// # Errors
-    /// As [`Self::push_position`], [`Self::push_joints`] and [`Self::push_velocity`].
+    /// As [`Self::push_fix`], [`Self::push_joints`] and [`Self::push_velocity`].
     pub fn push(&mut self, reading: &Reading) -> Result<(), Error> {
         match reading {
             Reading::Imu(sample) => {
@@ -137,6 +137,7 @@ impl SelfCalibration {
             }
             Reading::Joints(joints) => self.push_joints(*joints),
             Reading::Position(position) => self.push_position(*position),
+            Reading::Fix(fix) => self.push_fix(*fix),
             Reading::Velocity(stamp, velocity) => self.push_velocity(*stamp, *velocity),
         }
     }
@@ -148,6 +149,16 @@ impl SelfCalibration {
     pub fn push_position(&mut self, fix: Position) -> Result<(), Error> {
         self.estimator.take_position(fix.checked()?);
         Ok(())
+    }
+
+    /// Takes a position with its time and its uncertainty: the place of the alignment, and where the reference asks for positions
+    /// a measurement.
+    ///
+    /// # Errors
+    /// As [`Position::checked`].
+    pub fn push_fix(&mut self, fix: PositionMeasurement) -> Result<(), Error> {
+        self.push_position(fix.position)?;
+        self.stream.push_position(fix)
     }
 
     /// Takes a reading of the joints.

@@ -10,6 +10,7 @@ use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::filter::AntennaArm;
 use crate::estimation::measurement::{Innovation, Outcome};
 use crate::machines::unseen_motion::Passage;
 use crate::stream::joint_history::JointHistory;
@@ -27,6 +28,9 @@ pub(super) struct Advance {
     pub(super) passage: Option<Passage>,
 }
 
+/// Mean normalized innovation squared of a pair above which the ship moves; a still one has two at most.
+const MOVES: f64 = 4.0;
+
 /// The filter with its aiding and its judge.
 #[derive(Clone, Debug)]
 pub(super) struct Running {
@@ -36,6 +40,8 @@ pub(super) struct Running {
     pub(super) aiding: Aiding,
     pub(super) encoders: Encoders,
     pub(super) judge: Judge,
+    /// Sum of the normalized innovations squared of the pairs, and their number.
+    pub(super) normalized: (f64, u64),
     /// Attitude when fine alignment began; the turn from it begins calibration.
     pub(super) reference_attitude: UnitQuaternion<f64>,
     pub(super) turned: bool,
@@ -54,7 +60,11 @@ impl Running {
         settings: &Settings,
         joints: Option<&JointHistory>,
     ) -> Result<Advance, Error> {
-        let passage = interval.hole.as_ref().map(|hole| passage(hole, settings));
+        let reference = self.aiding.reference();
+        let passage = interval
+            .hole
+            .as_ref()
+            .map(|hole| passage(hole, settings, reference));
         let mut held = false;
         match passage {
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(angle, velocity),
@@ -72,35 +82,75 @@ impl Running {
             passage,
             ..Advance::default()
         };
-        match self.aiding.due(interval) {
-            Due::Nothing => return Ok(advance),
-            Due::Step => {
-                self.filter.step()?;
-                advance.velocity_missing = true;
-            }
+        let due = self.aiding.due(interval);
+        if due == Due::Nothing {
+            return Ok(advance);
+        }
+        self.filter.step()?;
+        let carried = self.filter.navigation().attitude;
+        match due {
+            Due::Nothing => {}
+            Due::Step => advance.velocity_missing = true,
             Due::Update(measurement) => {
-                self.filter.step()?;
-                let outcomes = self.filter.update_velocity(&measurement, None);
-                // A component that was left out says nothing of the pair.
-                if let [Some(east), Some(north)] = outcomes.each_ref().map(Outcome::innovation) {
-                    let normalized = [east, north].map(|i| Innovation::normalized_squared(&i));
-                    self.judge.take(normalized.iter().sum());
-                }
+                let gate = match self.aiding.reference() {
+                    Reference::Measured { .. } => settings.gate(),
+                    _ => None,
+                };
+                let outcomes = self.filter.update_velocity(&measurement, gate);
+                self.judge_pair(&outcomes);
                 if self.filter.has_vertical_channel() {
                     let sigma = measurement.sigma[0].max(measurement.sigma[1]);
                     self.filter.update_vertical_velocity(0.0, sigma, None);
                 }
             }
+            Due::Position(position) => {
+                let table = settings.turntable.attitude(position.angles);
+                let arm = AntennaArm {
+                    from_table_centre_m: settings.antenna.arm_m,
+                    ship: carried * table.inverse(),
+                };
+                let measurement = &position.measurement;
+                let behind_s = interval.stamp.seconds_since(measurement.stamp);
+                let age_s = behind_s + settings.antenna.latency_s;
+                let [east, north, _] =
+                    self.filter
+                        .update_position(measurement, age_s, &arm, settings.gate());
+                self.judge_pair(&[east, north]);
+            }
         }
         if let (Some(joints), Some(accuracy)) = (joints, &settings.encoders) {
             let (stamp, turntable) = (interval.stamp, settings.turntable);
-            self.encoders
-                .take(stamp, joints, turntable, accuracy, &mut self.filter);
+            self.encoders.take(
+                stamp,
+                &carried,
+                joints,
+                turntable,
+                accuracy,
+                &mut self.filter,
+            );
         }
         advance.stepped = true;
         let attitude = self.filter.navigation().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
         Ok(advance)
+    }
+
+    /// The innovations of a pair; one of which a component was left out says nothing.
+    fn judge_pair(&mut self, outcomes: &[Outcome; 2]) {
+        if let [Outcome::Accepted(east), Outcome::Accepted(north)] = outcomes {
+            let normalized = [east, north].map(Innovation::normalized_squared);
+            let sum = normalized.iter().sum::<f64>();
+            self.normalized.0 += sum;
+            self.normalized.1 += 1;
+            self.judge.take(sum);
+        }
+    }
+
+    /// Whether the innovations say that the ship does not lie as still as the reference takes her to: their mean is well above
+    /// the two of a pair.
+    pub(super) fn moves(&self) -> bool {
+        let (sum, count) = self.normalized;
+        sum > MOVES * count as f64
     }
 
     /// What it knows of the sensors.
@@ -110,10 +160,14 @@ impl Running {
 }
 
 /// The way over a hole in the samples.
-fn passage(hole: &Hole, settings: &Settings) -> Passage {
+fn passage(hole: &Hole, settings: &Settings, reference: Reference) -> Passage {
     let (unseen, turntable) = (&settings.unseen, &settings.turntable);
-    match settings.reference {
-        Reference::Moored { sigma_m_s } => unseen.moored(hole, turntable, sigma_m_s),
-        Reference::Measured { .. } => unseen.under_way(hole, turntable, settings.restart_gap_s),
+    match reference {
+        Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => {
+            unseen.moored(hole, turntable, sigma_m_s)
+        }
+        Reference::Measured { .. } | Reference::Position { .. } => {
+            unseen.under_way(hole, turntable, settings.restart_gap_s)
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! What is known of the sensors: it outlives every hole, jump and restart.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3};
 
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
@@ -40,6 +40,7 @@ pub(super) struct SensorKnowledge {
     pub(super) stamp: Stamp,
     pub(super) errors: SensorErrors,
     pub(super) table: TableErrors,
+    pub(super) antenna_arm_m: Vector3<f64>,
     /// Of the states of the sensors, whichever the filter has.
     covariance: NamedCovariance,
     /// The block has turned, so that they have come apart from the attitude.
@@ -53,6 +54,7 @@ impl SensorKnowledge {
             stamp,
             errors: filter.sensor_errors(),
             table: filter.table().errors,
+            antenna_arm_m: filter.table().antenna_arm_m,
             covariance: filter
                 .named_covariance()
                 .retain(|name, _| !filter.is_moving(name) && !BASE_ATTITUDE.contains(&name)),
