@@ -462,11 +462,14 @@ impl Compensator {
             .with("fixes refused", self.inputs.fix.refused())
             .with("velocities", self.inputs.velocity.received())
             .with("velocities refused", self.inputs.velocity.refused());
-        if self.navigator.waits_for_position() {
-            report = report.worsened(Level::Warn, "aligning waits for a valid position on fix");
-        }
+        // What it waits for stands beside what has thrown it back.
+        let mut waiting = Level::Warn;
         if let Some(problem) = &self.problem {
             report = report.worsened(Level::Error, problem);
+            waiting = Level::Error;
+        }
+        if self.navigator.waits_for_position() {
+            report = report.worsened(waiting, "aligning waits for a valid position on fix");
         }
         report
     }
