@@ -7,9 +7,9 @@ use anyhow::{Context, Result, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use nalgebra::Vector3;
 use ros2_interfaces::nav_msgs::Odometry;
-use rotary_sins_msgs::SelfCalibrationEstimate;
 use rotary_sins_msgs::convert::stamp_from_time;
 use rotary_sins_msgs::interfaces::topics::{ESTIMATE, TRUE_CALIBRATION, TRUE_ODOMETRY};
+use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::stream::order::StampOrder;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
@@ -76,6 +76,8 @@ pub struct DemoResult {
     pub navigation: [Option<PositionError>; 2],
     /// Processes that did not end as they should.
     pub unclean: Vec<String>,
+    /// What the scheme ended by, where the table did not follow.
+    pub scheme_fault: Option<String>,
 }
 
 impl DemoResult {
@@ -156,8 +158,13 @@ impl DemoResult {
                 sigma: sigma[axis] / scale,
             }));
         }
+        let scheme_fault = seen
+            .scheme
+            .filter(|scheme| scheme.state == SchemeStatus::FAULT)
+            .map(|scheme| scheme.message);
         Ok(Self {
             rows,
+            scheme_fault,
             estimate,
             consumers,
             sent: args.samples(),
@@ -184,6 +191,7 @@ impl DemoResult {
                 .iter()
                 .all(|consumer| self.is_whole(consumer))
             && self.unclean.is_empty()
+            && self.scheme_fault.is_none()
     }
 
     /// What is wrong, one line each.
@@ -215,6 +223,11 @@ impl DemoResult {
                 consumer.name, self.sent
             ));
         }
+        faults.extend(
+            self.scheme_fault
+                .iter()
+                .map(|why| format!("the scheme did not run: {why}")),
+        );
         faults.extend(
             self.unclean
                 .iter()
