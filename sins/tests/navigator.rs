@@ -12,7 +12,7 @@ use sins::machines::navigator::{
 };
 use sins::machines::self_calibration::{Calibration, Phase, Reference, Settings};
 use sins::sensor::{ImuSample, SensorErrors, VelocityMeasurement};
-use sins::table::JointSample;
+use sins::table::{JointSample, TableErrors};
 
 const RATE_HZ: i64 = 20;
 const INTERVAL_S: f64 = 1.0 / RATE_HZ as f64;
@@ -99,6 +99,7 @@ fn calibration(at: i64, position: Position) -> Calibration {
         stamp: stamp(at),
         phase: Phase::Converged,
         errors: SensorErrors::default(),
+        table: TableErrors::default(),
         attitude: UnitQuaternion::identity(),
         position,
         covariance: known(1e-8),

@@ -14,7 +14,7 @@ use sins::{
 
 use super::{
     diagnostics::Diagnostics,
-    estimates::{Counts, History, Point, phase_number},
+    estimates::{Counts, History, Point, own_states, phase_number, recorded_states},
     scheme::Scheme,
     streams::Stream,
     thin::{Corners, POINTS, Thinned},
@@ -274,6 +274,7 @@ impl Gathering<'_> {
                 self.own.failures = estimate.innovations.failures;
                 self.own
                     .take(Point::from(&**estimate), estimate.innovations.last, counts);
+                self.own.states = own_states(estimate);
                 self.made += 1;
                 if self.made.is_multiple_of(60) {
                     self.listener.task(estimate.phase.name());
@@ -291,7 +292,7 @@ impl Gathering<'_> {
         let run = &mut self.run;
         match role {
             Role::Estimate => {
-                let estimate: SelfCalibrationEstimate = cdr::decode(message.data)?;
+                let estimate = SelfCalibrationEstimate::from_cdr(message.data)?;
                 let stamp: Stamp = stamp_from_time(estimate.header.stamp);
                 run.history.take_phase(stamp, estimate.phase);
                 // Before the filter runs there are no numbers.
@@ -310,6 +311,7 @@ impl Gathering<'_> {
                     run.history.failures += u64::from(failed);
                     run.history
                         .take(Point::from(&estimate), estimate.nis, counts);
+                    run.history.states = recorded_states(&estimate);
                 }
             }
             Role::Scheme => run.scheme.take(&cdr::decode::<SchemeStatus>(message.data)?),
@@ -318,7 +320,7 @@ impl Gathering<'_> {
                 run.diagnostics.take(&array);
             }
             Role::TrueCalibration => {
-                let truth: Calibration = cdr::decode(message.data)?;
+                let truth = Calibration::from_cdr(message.data)?;
                 run.truth.take_calibration(truth);
             }
             Role::TruePose => {
@@ -379,6 +381,7 @@ impl Gathering<'_> {
                 self.run.truth.take_estimate(last.stamp, attitude);
                 self.own
                     .take(Point::from(&last), last.innovations.last, counts);
+                self.own.states = own_states(&last);
             }
             if let Some(doubt) = last.axes_doubt() {
                 self.listener.note(&doubt);

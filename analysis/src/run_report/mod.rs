@@ -5,6 +5,7 @@ mod estimates;
 mod faults;
 mod figures;
 mod gather;
+mod groups;
 mod page;
 mod scheme;
 mod streams;

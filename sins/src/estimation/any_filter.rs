@@ -3,7 +3,7 @@
 use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
 use super::groups::table::TableEstimate;
 use super::measurement::{Outcome, UpdateCounts};
-use super::model::{Model, Paper, PaperFilter, Whole, WholeFilter};
+use super::model::{Inertial, InertialFilter, Model, Paper, PaperFilter, Whole, WholeFilter};
 use super::state::{NamedCovariance, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::NavigationState;
@@ -17,6 +17,8 @@ pub enum AnyFilter {
     Paper(Box<PaperFilter>),
     /// Of the whole sensor.
     Whole(Box<WholeFilter>),
+    /// Of the whole sensor, for free-inertial navigation.
+    Inertial(Box<InertialFilter>),
 }
 
 impl From<PaperFilter> for AnyFilter {
@@ -31,6 +33,12 @@ impl From<WholeFilter> for AnyFilter {
     }
 }
 
+impl From<InertialFilter> for AnyFilter {
+    fn from(filter: InertialFilter) -> Self {
+        Self::Inertial(Box::new(filter))
+    }
+}
+
 /// Passes methods on to the filter, whichever it is. Each is the one of [`ErrorFilter`] of the same name.
 macro_rules! pass_on {
     ($($(#[$attribute:meta])* $method:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
@@ -41,6 +49,7 @@ macro_rules! pass_on {
                 match self {
                     Self::Paper(filter) => filter.$method($($argument),*),
                     Self::Whole(filter) => filter.$method($($argument),*),
+                    Self::Inertial(filter) => filter.$method($($argument),*),
                 }
             }
         )*
@@ -53,6 +62,7 @@ macro_rules! pass_on {
                 match self {
                     Self::Paper(filter) => filter.$method($($argument),*),
                     Self::Whole(filter) => filter.$method($($argument),*),
+                    Self::Inertial(filter) => filter.$method($($argument),*),
                 }
             }
         )*
@@ -106,6 +116,7 @@ impl AnyFilter {
         match self {
             Self::Paper(filter) => of(filter, name),
             Self::Whole(filter) => of(filter, name),
+            Self::Inertial(filter) => of(filter, name),
         }
     }
 
@@ -114,6 +125,9 @@ impl AnyFilter {
         match self {
             Self::Paper(_) => <Paper as Model<{ Paper::M }, { Paper::N }>>::VELOCITY_UP.is_some(),
             Self::Whole(_) => <Whole as Model<{ Whole::M }, { Whole::N }>>::VELOCITY_UP.is_some(),
+            Self::Inertial(_) => {
+                <Inertial as Model<{ Inertial::M }, { Inertial::N }>>::VELOCITY_UP.is_some()
+            }
         }
     }
 }

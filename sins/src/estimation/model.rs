@@ -17,7 +17,7 @@ use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
 use super::groups::table::{BaseAttitude, Table, TableEstimate};
 use super::groups::vertical::Vertical;
 use super::kalman::Dynamics;
-use super::state::{NamedCovariance, StateLabel, StateList};
+use super::state::{NamedCovariance, StateLabel, StateList, StateValues};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
@@ -72,6 +72,11 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     fn initial_covariance(&self, place: &NavigationState) -> SMatrix<f64, N, N> {
         let sigma = self.prior(place);
         SMatrix::from_diagonal(&sigma.component_mul(&sigma))
+    }
+
+    /// One-sigma of all states before anything is measured, with their names.
+    fn named_prior(&self, place: &NavigationState) -> StateValues {
+        StateValues::of(Self::LIST, &self.prior(place))
     }
 
     /// A covariance over this model's states with their names.
@@ -307,6 +312,36 @@ model! {
         table: Table,
         antenna: Antenna,
         base: BaseAttitude,
+    }
+}
+
+model! {
+    /// The whole sensor for free-inertial navigation: no vertical channel, which diverges by itself, and no table: 44.
+    Inertial, gathers InertialGathered, filter InertialFilter:
+    moving { navigation: Navigation }
+    parameters {
+        bias: Bias,
+        gyroscope_matrix: GyroscopeMatrix,
+        accelerometer_matrix: AccelerometerMatrix,
+        quadratic: AccelerometerQuadratic,
+        arms: AccelerometerArms,
+        g_sensitivity: GyroscopeGSensitivity,
+        delay: AccelerometerDelay,
+    }
+}
+
+impl From<Whole> for Inertial {
+    fn from(whole: Whole) -> Self {
+        Self {
+            navigation: whole.navigation,
+            bias: whole.bias,
+            gyroscope_matrix: whole.gyroscope_matrix,
+            accelerometer_matrix: whole.accelerometer_matrix,
+            quadratic: whole.quadratic,
+            arms: whole.arms,
+            g_sensitivity: whole.g_sensitivity,
+            delay: whole.delay,
+        }
     }
 }
 

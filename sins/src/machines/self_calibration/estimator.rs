@@ -20,6 +20,7 @@ use crate::estimation::filter::{ErrorFilter, Loop};
 use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::model::Model;
+use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::{ImuSample, NoiseDensity, SensorErrors};
@@ -43,6 +44,8 @@ pub(in crate::machines) struct Estimator {
     position: Option<Position>,
     newest_position: Option<Position>,
     stage: Stage,
+    /// What was known of the sensors before the first sample.
+    known_before: Option<SensorKnowledge>,
     /// The judge of the alignment before this one.
     judge_before: Option<Judge>,
     last: Option<Estimate>,
@@ -61,6 +64,7 @@ impl Estimator {
             position: None,
             newest_position: None,
             stage: Stage::Idle,
+            known_before: None,
             judge_before: None,
             last: None,
             phase_told: Phase::WaitingForPosition,
@@ -68,6 +72,13 @@ impl Estimator {
             updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
         })
+    }
+
+    /// Begins with what is known of the sensors.
+    #[must_use]
+    pub(in crate::machines) fn knowing(mut self, known: SensorKnowledge) -> Self {
+        self.known_before = Some(known);
+        self
     }
 
     pub(super) fn settings(&self) -> &Settings {
@@ -151,7 +162,7 @@ impl Estimator {
     /// An epoch begins: attitude and velocity are found anew, and what is known of the sensors goes on.
     pub(in crate::machines) fn begin(&mut self, stamp: Stamp, cause: EpochCause, stream: &Stream) {
         let known = match std::mem::replace(&mut self.stage, Stage::Idle) {
-            Stage::Idle => None,
+            Stage::Idle => self.known_before.clone(),
             Stage::Gathering(gathering) => gathering.known,
             Stage::Running(run) => {
                 let known = run.knowledge();
@@ -184,7 +195,8 @@ impl Estimator {
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
                         self.updates_before = self.updates_before + run.filter.counts();
-                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, None)));
+                        let known = self.known_before.as_ref();
+                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
                         return self.fail(stamp, &error, stream);
                     }
                 };
@@ -291,8 +303,10 @@ impl Estimator {
         };
         let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
+            let (filter, prior) = beginning.any_filter(&self.settings, reference)?;
             let mut run = Running {
-                filter: beginning.any_filter(&self.settings, reference)?,
+                filter,
+                prior,
                 start: gathering.start,
                 last: gathering.start,
                 aiding: Aiding::new(reference, schedule),
@@ -389,7 +403,9 @@ impl Estimator {
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
             navigation: *run.filter.navigation(),
             errors: run.filter.sensor_errors(),
+            table: run.filter.table().errors,
             states: run.filter.estimate(),
+            prior: run.prior.clone(),
             innovations: run.judge.report(),
             turned: run.turned,
             encoders: run.encoders.usage(),
@@ -417,11 +433,19 @@ struct Beginning<'a> {
 }
 
 impl Beginning<'_> {
-    /// The filter of the model that the settings choose.
-    fn any_filter(&self, settings: &Settings, reference: Reference) -> Result<AnyFilter, Error> {
+    /// The filter of the model that the settings choose, and one-sigma of its states before anything is known of the sensors.
+    fn any_filter(
+        &self,
+        settings: &Settings,
+        reference: Reference,
+    ) -> Result<(AnyFilter, StateValues), Error> {
         let (initial, noise) = (&settings.prior, &self.noise);
         Ok(match settings.model {
-            ModelChoice::Paper => self.filter(initial.model())?.into(),
+            ModelChoice::Paper => {
+                let model = initial.model();
+                let filter = self.filter(model)?.into();
+                (filter, model.named_prior(&self.place))
+            }
             ModelChoice::Whole => {
                 let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
                 let mut initial = *initial;
@@ -443,9 +467,9 @@ impl Beginning<'_> {
                 );
                 initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
                 let model = groups.model(&initial);
-                self.filter(model)?
-                    .with_turn_noise(groups.turn_noise)
-                    .into()
+                let filter = self.filter(model)?;
+                let filter = filter.with_turn_noise(groups.turn_noise).into();
+                (filter, model.named_prior(&self.place))
             }
         })
     }
@@ -464,14 +488,16 @@ impl Beginning<'_> {
                 (known.errors, prior)
             },
         );
-        ErrorFilter::new(
+        let filter = ErrorFilter::new(
             model,
             self.place,
             &errors,
             covariance,
             self.noise,
             Loop::Open,
-        )
+        )?;
+        let table = self.known.map(|known| known.table).unwrap_or_default();
+        Ok(filter.with_table(table))
     }
 }
 

@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::filter::AntennaArm;
 use crate::estimation::measurement::{Innovation, Outcome};
+use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
@@ -35,6 +36,8 @@ const MOVES: f64 = 4.0;
 #[derive(Clone, Debug)]
 pub(super) struct Running {
     pub(super) filter: AnyFilter,
+    /// One-sigma of its states as a sensor of which nothing is known has them.
+    pub(super) prior: StateValues,
     pub(super) start: Stamp,
     pub(super) last: Stamp,
     pub(super) aiding: Aiding,
