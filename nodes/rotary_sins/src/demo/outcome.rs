@@ -9,8 +9,9 @@ use nalgebra::Vector3;
 use ros2_interfaces::nav_msgs::Odometry;
 use rotary_sins_msgs::convert::stamp_from_time;
 use rotary_sins_msgs::interfaces::topics::{ESTIMATE, TRUE_CALIBRATION, TRUE_ODOMETRY};
-use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::Stamp;
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::stream::order::StampOrder;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
@@ -64,7 +65,7 @@ pub struct Consumer {
 /// The result of a run.
 #[derive(Clone, Debug)]
 pub struct DemoResult {
-    /// The nine estimates.
+    /// The nine estimates, and those of the groups beyond them.
     pub rows: Vec<Row>,
     /// The estimate they are from.
     pub estimate: SelfCalibrationEstimate,
@@ -158,6 +159,7 @@ impl DemoResult {
                 sigma: sigma[axis] / scale,
             }));
         }
+        rows.extend(further_rows(&estimate, &truth));
         let scheme_fault = seen
             .scheme
             .filter(|scheme| scheme.state == SchemeStatus::FAULT)
@@ -235,6 +237,29 @@ impl DemoResult {
         );
         faults
     }
+}
+
+/// Estimates of the groups beyond the nine, by their names.
+fn further_rows(estimate: &SelfCalibrationEstimate, truth: &Calibration) -> Vec<Row> {
+    let count = estimate.state_names.len();
+    let is_row =
+        |name: &str| !(GYROSCOPE_DRIFT.contains(&name) || ACCELEROMETER_BIAS.contains(&name));
+    let named = estimate.state_names.iter().enumerate();
+    named
+        .filter(|(_, name)| is_row(name))
+        .filter_map(|(at, name)| {
+            let true_at = truth.state_names.iter().position(|known| known == name)?;
+            let label = sins::estimation::model::label(name)?;
+            let variance = estimate.covariance.get(at * count + at)?;
+            Some(Row {
+                name: label.words.to_owned(),
+                unit: label.unit,
+                truth: truth.state.get(true_at)? / label.scale,
+                estimate: estimate.state.get(at)? / label.scale,
+                sigma: variance.sqrt() / label.scale,
+            })
+        })
+        .collect()
 }
 
 /// The true pose nearest in time; `None` where there is none within two seconds.
