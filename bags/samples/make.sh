@@ -37,4 +37,4 @@ make cut_off --scheme eight-position --hours 0.5 --seed 4
 truncate --size 300000 cut_off/cut_off_0.mcap
 # As a bad disk leaves it: four bytes are others in the second of its chunks.
 make damaged_chunk --scheme eight-position --hours 0.5 --seed 5
-printf '\xff\x00\xff\x00' | dd of=damaged_chunk/damaged_chunk_0.mcap bs=1 seek=200000 conv=notrunc status=none
+printf '\xff\x00\xff\x00' | dd of=damaged_chunk/damaged_chunk_0.mcap bs=1 seek=240000 conv=notrunc status=none
