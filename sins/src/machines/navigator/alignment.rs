@@ -30,6 +30,8 @@ impl Navigator {
             sigma(&ACCELEROMETER_BIAS, &settings.prior.accelerometer_bias_m_s2);
         settings.prior.gyroscope_drift_rad_s =
             sigma(&GYROSCOPE_DRIFT, &settings.prior.gyroscope_drift_rad_s);
+        // It stands still: nobody could say what a turn does.
+        settings.witness = false;
         let longest_s = settings.restart_gap_s;
         let mut alignment = Estimator::new(settings)?;
         if let Some(fix) = self.position {

@@ -1,13 +1,14 @@
 //! Self-calibration behind its stream: intervals in, events out.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
 use super::encoders::Encoders;
-use super::judge::{Evidence, Judge};
+use super::judge::{Evidence, Joints, Judge, Witness};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
@@ -20,6 +21,7 @@ use crate::estimation::filter::{ErrorFilter, Loop};
 use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::model::Model;
+use crate::estimation::state::NamedCovariance;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::{ImuSample, NoiseDensity, SensorErrors};
@@ -43,6 +45,8 @@ pub(in crate::machines) struct Estimator {
     position: Option<Position>,
     newest_position: Option<Position>,
     stage: Stage,
+    /// The covariance that the first alignment began with.
+    prior: Option<NamedCovariance>,
     /// The judge of the alignment before this one.
     judge_before: Option<Judge>,
     last: Option<Estimate>,
@@ -61,6 +65,7 @@ impl Estimator {
             position: None,
             newest_position: None,
             stage: Stage::Idle,
+            prior: None,
             judge_before: None,
             last: None,
             phase_told: Phase::WaitingForPosition,
@@ -95,6 +100,7 @@ impl Estimator {
     /// Forgets everything but the position.
     pub(super) fn reset(&mut self) {
         self.stage = Stage::Idle;
+        self.prior = None;
         self.judge_before = None;
         self.last = None;
         self.missing_velocities = 0;
@@ -132,6 +138,8 @@ impl Estimator {
                 innovations: run.judge.report(),
                 counts: &stream.counts(),
                 covariance: &run.filter.named_covariance(),
+                prior: Some(&run.prior),
+                findings: &run.findings,
                 turned: run.turned,
             }
             .phase(&self.settings),
@@ -311,6 +319,10 @@ impl Estimator {
                     .into()
             }
         };
+        let prior = self
+            .prior
+            .get_or_insert_with(|| filter.named_covariance())
+            .clone();
         let schedule = Schedule::new(gathering.start, self.settings.step_s);
         let mut run = Running {
             filter,
@@ -322,6 +334,16 @@ impl Estimator {
                 || Judge::new(&self.settings),
                 |before| before.of_next_alignment(&self.settings),
             ),
+            witness: if self.settings.witness {
+                Some(Witness::new(place, noise, &self.settings)?)
+            } else {
+                None
+            },
+            joints: Joints::default(),
+            findings: Arc::default(),
+            prior,
+            azimuth_rad: 0.0,
+            steps: 0,
             reference_attitude: coarse.at_start,
             turned: false,
             reference_vehicle: coarse.at_start,
@@ -335,6 +357,10 @@ impl Estimator {
             }
         }
         run.filter.close_loop();
+        if let Some(witness) = &mut run.witness {
+            witness.close_loop();
+        }
+        run.azimuth_rad = run.azimuth_sigma_rad();
         run.reference_attitude = run.filter.navigation().attitude;
         run.turned |= known.is_some_and(|known| known.turned);
         if let Some(stamp) = last_update {
@@ -393,6 +419,9 @@ impl Estimator {
             states: run.filter.estimate(),
             innovations: run.judge.report(),
             turned: run.turned,
+            testimony: run.witness.as_ref().map(Witness::testimony),
+            findings: run.findings.clone(),
+            prior: Some(run.prior.clone()),
             encoders: run.encoders.usage(),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),

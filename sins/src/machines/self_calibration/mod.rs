@@ -34,7 +34,10 @@ pub use encoders::{EncoderAccuracy, EncoderUse};
 pub use estimate::{Calibration, Estimate, NOT_KNOWN, Phase, SampleReport};
 pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
-pub use judge::{Doubt, InnovationReport, Verdict};
+pub use judge::{
+    Doubt, Finding, InnovationReport, Joints, LeftOut, MeanSquare, Single, Test, TestResult,
+    Testimony, Turns, Verdict,
+};
 pub use sensor_knowledge::SensorWalk;
 pub use settings::{ModelChoice, Reference, Settings, default_noise};
 pub use thresholds::Thresholds;

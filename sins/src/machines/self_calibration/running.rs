@@ -1,20 +1,27 @@
 //! The filter once it runs.
 
+use std::sync::Arc;
+
 use nalgebra::UnitQuaternion;
 
-use super::Settings;
 use super::aiding::{Aiding, Due};
 use super::encoders::Encoders;
-use super::judge::Judge;
+use super::judge::{Finding, Joints, Judge, Looked, Witness};
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
+use super::{ModelChoice, Settings};
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::{Innovation, Outcome};
+use crate::estimation::state::NamedCovariance;
 use crate::machines::unseen_motion::Passage;
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
 use crate::time::Stamp;
+
+/// The judge's tests are made once in so many steps.
+const LOOK_STEPS: u64 = 60;
 
 /// What an interval brought.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,6 +43,17 @@ pub(super) struct Running {
     pub(super) aiding: Aiding,
     pub(super) encoders: Encoders,
     pub(super) judge: Judge,
+    /// The filter beside.
+    pub(super) witness: Option<Witness>,
+    /// Joints against gyroscopes.
+    pub(super) joints: Joints,
+    /// What the judge's tests found.
+    pub(super) findings: Arc<[Finding]>,
+    /// The covariance that the first alignment began with.
+    pub(super) prior: NamedCovariance,
+    /// One-sigma of the azimuth when the loop was closed \[rad\].
+    pub(super) azimuth_rad: f64,
+    pub(super) steps: u64,
     /// Attitude when fine alignment began; the turn from it begins calibration.
     pub(super) reference_attitude: UnitQuaternion<f64>,
     pub(super) turned: bool,
@@ -67,6 +85,16 @@ impl Running {
         if !held {
             self.filter.propagate(&interval.increment);
         }
+        if let Some(witness) = &mut self.witness {
+            match &passage {
+                Some(Passage::Bridged([angle, velocity])) => witness.bridge(*angle, *velocity),
+                Some(Passage::Held(crossing)) => witness.cross(crossing)?,
+                None => {}
+            }
+            if !held {
+                witness.propagate(&interval.increment);
+            }
+        }
         self.last = interval.stamp;
         let mut advance = Advance {
             passage,
@@ -76,10 +104,16 @@ impl Running {
             Due::Nothing => return Ok(advance),
             Due::Step => {
                 self.filter.step()?;
+                if let Some(witness) = &mut self.witness {
+                    witness.step(None)?;
+                }
                 advance.velocity_missing = true;
             }
             Due::Update(measurement) => {
                 self.filter.step()?;
+                if let Some(witness) = &mut self.witness {
+                    witness.step(Some(&measurement))?;
+                }
                 let outcomes = self.filter.update_velocity(&measurement, None);
                 // A component that was left out says nothing of the pair.
                 if let [Some(east), Some(north)] = outcomes.each_ref().map(Outcome::innovation) {
@@ -100,7 +134,42 @@ impl Running {
         advance.stepped = true;
         let attitude = self.filter.navigation().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
+        if settings.witness {
+            if let Some(joints) = joints {
+                let sigma = self.filter.largest_misalignment_sigma();
+                let table = settings.turntable;
+                self.joints
+                    .take(interval.stamp, joints, table, &attitude, sigma);
+            }
+            self.steps += 1;
+            if self.steps % LOOK_STEPS == 0 {
+                self.look(settings.model);
+            }
+        }
         Ok(advance)
+    }
+
+    /// Makes the judge's tests.
+    pub(super) fn look(&mut self, model: ModelChoice) {
+        let states = self.filter.estimate();
+        let testimony = self.witness.as_ref().map(Witness::testimony);
+        let looked = Looked {
+            testimony: testimony.as_ref(),
+            joints: &self.joints,
+            filter: &self.filter,
+            states: &states,
+            prior: Some(&self.prior),
+            azimuth_rad: self.azimuth_rad,
+            model,
+            turned: self.turned,
+        };
+        self.findings = looked.findings().into();
+    }
+
+    /// One-sigma of the azimuth \[rad\].
+    pub(super) fn azimuth_sigma_rad(&self) -> f64 {
+        let covariance = self.filter.named_covariance();
+        covariance.sigma(MISALIGNMENT[2]).unwrap_or(f64::NAN)
     }
 
     /// What it knows of the sensors.
