@@ -34,6 +34,7 @@ impl SensorSource {
             Sample::Fix(bags::Fix {
                 stamp: Stamp::default(),
                 position: Some(position),
+                sigma_m: nalgebra::Vector3::zeros(),
             })
         }))
     }

@@ -22,7 +22,7 @@ pub fn imu(payload: &[u8]) -> Result<ImuSample, String> {
     if let Some(sample) = imu_in_place(payload) {
         return Ok(sample);
     }
-    let message: Imu = cdr::decode(payload)?;
+    let message: Imu = cdr::decode(payload).map_err(|error| error.to_string())?;
     ImuSample::from_message(&message).map_err(|error| error.to_string())
 }
 
@@ -34,7 +34,7 @@ pub fn joints(payload: &[u8]) -> Result<JointSample, String> {
     if let Some(sample) = joints_in_place(payload) {
         return Ok(sample);
     }
-    let message: JointState = cdr::decode(payload)?;
+    let message: JointState = cdr::decode(payload).map_err(|error| error.to_string())?;
     JointSample::from_message(&message).map_err(|error| error.to_string())
 }
 
@@ -173,7 +173,9 @@ mod tests {
         payload: &[u8],
         convert: impl Fn(&M) -> Result<S, String>,
     ) -> Result<S, String> {
-        cdr::decode(payload).and_then(|message| convert(&message))
+        cdr::decode(payload)
+            .map_err(|error| error.to_string())
+            .and_then(|message| convert(&message))
     }
 
     fn text<T: std::fmt::Debug>(result: &Result<T, String>) -> String {

@@ -1,15 +1,18 @@
 //! The sensors of a bag as one stream of samples in the order of log time.
 
+use nalgebra::Vector3;
 use ros2_interfaces::{
     Interface, RosMessage,
     geometry_msgs::TwistWithCovarianceStamped,
     sensor_msgs::{Imu, NavSatFix},
 };
-use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time, velocity_from_twist};
+use rotary_sins_msgs::convert::{
+    fix_from_message, position_from_fix, stamp_from_time, velocity_from_twist,
+};
 use rotary_sins_msgs::interfaces::topics;
 use sins::{
-    earth::Position, estimation::filter::VelocityMeasurement, sensor::sample::ImuSample,
-    table::JointSample, time::Stamp,
+    earth::Position, estimation::filter::VelocityMeasurement, sensor::PositionMeasurement,
+    sensor::sample::ImuSample, stream::Reading, table::JointSample, time::Stamp,
 };
 
 use crate::{
@@ -27,6 +30,8 @@ pub struct Fix {
     pub stamp: Stamp,
     /// Where; `None` where the receiver had none.
     pub position: Option<Position>,
+    /// One-sigma east, north, up \[m\]; zero where the receiver does not say.
+    pub sigma_m: Vector3<f64>,
 }
 
 /// One message of a sensor.
@@ -40,6 +45,22 @@ pub enum Sample {
     Fix(Fix),
     /// Velocity over ground, with its time.
     Velocity(Stamp, VelocityMeasurement),
+}
+
+impl Sample {
+    /// What a machine takes of it; none where the receiver had no position.
+    pub fn reading(&self) -> Option<Reading> {
+        Some(match self {
+            Self::Imu(imu) => Reading::Imu(*imu),
+            Self::Joints(joints) => Reading::Joints(*joints),
+            Self::Fix(fix) => Reading::Fix(PositionMeasurement {
+                stamp: fix.stamp,
+                position: fix.position?,
+                sigma_m: fix.sigma_m,
+            }),
+            Self::Velocity(stamp, velocity) => Reading::Velocity(*stamp, *velocity),
+        })
+    }
 }
 
 /// Which topics, and which part of the bag.
@@ -205,7 +226,8 @@ impl<'b> SensorStream<'b> {
 }
 
 fn velocity(payload: &[u8]) -> Result<Sample, String> {
-    let message: TwistWithCovarianceStamped = cdr::decode(payload)?;
+    let message: TwistWithCovarianceStamped =
+        cdr::decode(payload).map_err(|error| error.to_string())?;
     Ok(Sample::Velocity(
         stamp_from_time(message.header.stamp),
         velocity_from_twist(&message),
@@ -213,10 +235,11 @@ fn velocity(payload: &[u8]) -> Result<Sample, String> {
 }
 
 fn fix(payload: &[u8]) -> Result<Fix, String> {
-    let message: NavSatFix = cdr::decode(payload)?;
+    let message: NavSatFix = cdr::decode(payload).map_err(|error| error.to_string())?;
     Ok(Fix {
         stamp: stamp_from_time(message.header.stamp),
         position: position_from_fix(&message),
+        sigma_m: fix_from_message(&message).map_or_else(Vector3::zeros, |fix| fix.sigma_m),
     })
 }
 

@@ -11,7 +11,7 @@ use ros2_interfaces::{
 use sins::{
     earth::Position,
     estimation::filter::VelocityMeasurement,
-    sensor::sample::ImuSample,
+    sensor::{PositionMeasurement, sample::ImuSample},
     table::{JOINT_NAMES, JointSample, Trajectory, TrajectoryPoint},
     time::{NANOS_PER_SECOND, Stamp},
 };
@@ -209,6 +209,25 @@ pub fn position_from_fix(fix: &NavSatFix) -> Option<Position> {
         && position.longitude_rad.is_finite()
         && position.height_m.is_finite();
     (is_finite && fix.status.status >= NavSatStatus::STATUS_FIX).then_some(position)
+}
+
+/// The position with its time and its one-sigma, zero where the receiver does not say; `None` where it had none.
+pub fn fix_from_message(fix: &NavSatFix) -> Option<PositionMeasurement> {
+    let covariance = &fix.position_covariance;
+    let is_known = fix.position_covariance_type != NavSatFix::COVARIANCE_TYPE_UNKNOWN;
+    let sigma = |element: usize| {
+        let variance = covariance[element];
+        if is_known && variance.is_finite() && variance > 0.0 {
+            variance.sqrt()
+        } else {
+            0.0
+        }
+    };
+    Some(PositionMeasurement {
+        stamp: stamp_from_time(fix.header.stamp),
+        position: position_from_fix(fix)?,
+        sigma_m: nalgebra::Vector3::new(sigma(0), sigma(4), sigma(8)),
+    })
 }
 
 /// Velocity over ground, East and North, with its one-sigma from the covariance.

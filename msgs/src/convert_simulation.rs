@@ -5,8 +5,10 @@ use ros2_interfaces::geometry_msgs::{Point, TwistWithCovarianceStamped};
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
+use sins::machines::self_calibration::named_errors;
 use sins::sensor::errors::SensorErrors;
 use sins::simulation::{PositionFix, ShipState, VelocityFix};
+use sins::table::TableErrors;
 use sins::table::scheme::sequencer::{Command, State, Status};
 use sins::time::Stamp;
 
@@ -87,9 +89,11 @@ impl Calibration {
     pub fn ground_truth(
         stamp: Stamp,
         errors: &SensorErrors,
+        table: &TableErrors,
         attitude: UnitQuaternion<f64>,
         ship: &ShipState,
     ) -> Self {
+        let (names, state): (Vec<&str>, _) = named_errors(errors, table).into_iter().unzip();
         Self {
             header: header(stamp, IMU_LINK),
             valid: true,
@@ -103,6 +107,8 @@ impl Calibration {
             longitude_deg: ship.longitude_rad.to_degrees(),
             height_m: ship.height_m,
             source: "ground truth".to_owned(),
+            state_names: names.into_iter().map(str::to_owned).collect(),
+            state,
             ..Self::default()
         }
     }

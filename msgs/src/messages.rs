@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use ros2_interfaces::cdr;
 use ros2_interfaces::geometry_msgs::Quaternion;
-use ros2_interfaces::ros_message;
 use ros2_interfaces::std_msgs::Header;
+use ros2_interfaces::{RosMessage, ros_message};
 
 /// Where the rotation scheme stands. Topic scheme/status, reliable, transient local, from the scheme sequencer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -115,9 +116,19 @@ pub struct SelfCalibrationEstimate {
     pub duration: f64,
     /// One line for a person.
     pub message: String,
+    /// Of the states before anything was measured; empty, or zero where not known.
+    pub prior_std: Vec<f64>,
 }
 
 impl SelfCalibrationEstimate {
+    /// Reads a payload of a bag; in one of the time before `prior_std` was there, it is empty.
+    ///
+    /// # Errors
+    /// Why it is no estimate.
+    pub fn from_cdr(payload: &[u8]) -> Result<Self, cdr::Error> {
+        of_bag(payload)
+    }
+
     /// No latitude and longitude yet.
     pub const WAITING_FOR_POSITION: u8 = 0;
     /// Attitude from gravity and earth rate in the inertial frame.
@@ -130,6 +141,16 @@ impl SelfCalibrationEstimate {
     pub const CONVERGED: u8 = 4;
     /// The innovations do not agree with the covariance.
     pub const INCONSISTENT: u8 = 5;
+}
+
+/// Reads a payload that may be from before the last array of its type was there.
+fn of_bag<M: RosMessage>(payload: &[u8]) -> Result<M, cdr::Error> {
+    cdr::decode(payload).or_else(|error| {
+        // The length of an empty array, behind as many bytes as bring it to its place.
+        let mut longer = payload.to_vec();
+        longer.resize(payload.len().next_multiple_of(4) + 4, 0);
+        cdr::decode(&longer).map_err(|_| error)
+    })
 }
 
 /// A calibration of the sensor block. Topic self_calibration/calibration, reliable, transient local.
@@ -169,7 +190,7 @@ pub struct Calibration {
     pub height_m: f64,
     /// Names of the states, in order.
     pub state_names: Vec<String>,
-    /// Row-major, square of the length of state_names.
+    /// Row-major, square of the length of state_names, or empty; a variance of 0 stands for what was not estimated.
     pub covariance: Vec<f64>,
     /// A phase of SelfCalibrationEstimate.
     pub phase: u8,
@@ -183,6 +204,24 @@ pub struct Calibration {
     pub duration: f64,
     /// What made it: a node, a file, ground truth.
     pub source: String,
+    /// As many as state_names: errors of sensors and table, zero where fed back; empty stands for zeros.
+    pub state: Vec<f64>,
+}
+
+impl Calibration {
+    /// Reads a payload of a bag; in one of the time before `state` was there, it is empty.
+    ///
+    /// # Errors
+    /// Why it is no calibration.
+    pub fn from_cdr(payload: &[u8]) -> Result<Self, cdr::Error> {
+        of_bag(payload)
+    }
+
+    /// Errors by the names of their states.
+    pub fn named_states(&self) -> impl Iterator<Item = (&str, f64)> {
+        let names = self.state_names.iter().map(String::as_str);
+        names.zip(self.state.iter().copied())
+    }
 }
 
 ros_message!(
@@ -196,13 +235,43 @@ ros_message!(
     SelfCalibrationEstimate,
     "rotary_sins_msgs/msg/SelfCalibrationEstimate",
     include_str!("../msg/SelfCalibrationEstimate.msg"),
-    "RIHS01_41c7b44b366464d923f90c06735fcfd26ae98bd6abffe768f51c08d75c30009a",
+    "RIHS01_3e81793d76dc2a12f050c5a15dd46f33972c74291b8b572ee736ddb027d771cf",
     [Header, Quaternion]
 );
 ros_message!(
     Calibration,
     "rotary_sins_msgs/msg/Calibration",
     include_str!("../msg/Calibration.msg"),
-    "RIHS01_e469ca54c95d7b954e26ca1b4d9742ab2d5cfb062b0c54a884e3f9bccc1b65ff",
+    "RIHS01_62f6061a680bc303bf5679fbeaf219143cb789b3f3290a5a5e5e3a43c06b5fb6",
     [Header, Quaternion]
 );
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A payload from before the last array was there is read with that array empty, whatever the length of the text before it;
+    /// one that ends earlier is refused.
+    #[test]
+    fn older_records_are_read() {
+        for source in ["", "a", "ab", "abc", "abcd"] {
+            let calibration = Calibration {
+                source: source.to_owned(),
+                samples: 7,
+                ..Calibration::default()
+            };
+            let mut payload = Vec::new();
+            cdr::encode(&calibration, &mut payload).unwrap();
+            assert_eq!(Calibration::from_cdr(&payload).unwrap(), calibration);
+            // Behind the text, its end and what brings the length to its place.
+            let older = payload.len() - 4 - (4 - (source.len() + 1) % 4) % 4;
+            assert_eq!(
+                Calibration::from_cdr(&payload[..older]).unwrap(),
+                calibration
+            );
+            let cut_off = &payload[..older - source.len() - 9];
+            assert!(Calibration::from_cdr(cut_off).is_err());
+        }
+    }
+}

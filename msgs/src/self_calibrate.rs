@@ -99,7 +99,7 @@ ros_message!(
     SelfCalibrateResult,
     "rotary_sins_msgs/action/SelfCalibrate_Result",
     action_part(ACTION, 1),
-    "RIHS01_704c69d3af678a38a144ee5c4c75578540177d8ac317a6e54cc6402b78be88b2",
+    "RIHS01_97e88456a786e62e0e1816ac1f37f0a18b08826b1ed19054532e77c6bcb669c3",
     [Calibration]
 );
 ros_message!(

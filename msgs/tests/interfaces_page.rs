@@ -116,6 +116,69 @@ fn page_is_the_table() {
     );
 }
 
+/// The four nodes, as the page of the nodes tells of them.
+const NODES: [&str; 4] = [
+    "imu_simulator",
+    "scheme_sequencer",
+    "self_calibrator",
+    "navigation_compensator",
+];
+
+/// What a node has to do with each row that names it.
+fn table_of(node: &str) -> String {
+    let mut table = "| | name | type | QoS | about |\n| --- | --- | --- | --- | --- |\n".to_owned();
+    let node = format!("`{node}`");
+    // What gives comes first; a row that names the node at both ends stands twice.
+    for given in [false, true] {
+        for row in all() {
+            let (end, qos) = match row.kind {
+                InterfaceKind::Topic(qos) => (["subscribes", "publishes"], words(qos)),
+                InterfaceKind::Service | InterfaceKind::Action => {
+                    (["serves", "asks"], String::new())
+                }
+            };
+            let others = if given { row.from } else { row.to };
+            if others.contains(&node) {
+                let (end, kind) = (end[usize::from(given)], short(row.type_name));
+                writeln!(
+                    table,
+                    "| {end} | `{}` | {kind} | {qos} | {} |",
+                    row.name, row.about
+                )
+                .unwrap();
+            }
+        }
+    }
+    table
+}
+
+/// `page` with the tables of the nodes between their marks.
+fn with_tables(page: &str) -> String {
+    NODES.iter().fold(page.to_owned(), |page, node| {
+        let begin = format!("<!-- interfaces of {node} -->\n");
+        let (before, rest) = page.split_once(&begin).expect(&begin);
+        let (_, after) = rest
+            .split_once("<!-- end -->\n")
+            .expect("an end of the table");
+        format!("{before}{begin}{}<!-- end -->\n{after}", table_of(node))
+    })
+}
+
+/// The tables of the nodes in the manual are rows of the table of interfaces.
+#[test]
+fn tables_of_the_nodes_are_of_the_table() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/nodes.md");
+    let there = std::fs::read_to_string(&path).unwrap();
+    let made = with_tables(&there);
+    if std::env::var_os(WRITE).is_some() {
+        std::fs::write(&path, &made).unwrap();
+    }
+    assert!(
+        std::fs::read_to_string(&path).unwrap() == made,
+        "docs/nodes.md has other tables: {WRITE}=1 cargo test -p rotary_sins_msgs --test interfaces_page writes them"
+    );
+}
+
 /// No name stands twice, and every topic's type is known by name.
 #[test]
 fn rows_are_unique_and_known() {

@@ -5,9 +5,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sins::earth::Position;
-use sins::machines::self_calibration::{SelfCalibration, Settings};
-use sins::sensor::sample::ImuSample;
-use sins::simulation::{Run, Simulator, SimulatorSettings};
+use sins::machines::self_calibration::{ModelChoice, SelfCalibration, Settings};
+use sins::simulation::{Run, Simulator, SimulatorSettings, Tick};
 use sins::table::scheme::sequencer::SequencerSettings;
 use sins::table::scheme::{Scheme, Sequencer};
 
@@ -20,27 +19,40 @@ fn simulation() -> Run {
     Run::new(Simulator::new(settings).unwrap(), sequencer, 4.0 * 3600.0)
 }
 
+/// Everything through a machine of this model.
+fn calibrate(ticks: &[Tick], model: ModelChoice) {
+    let settings = Settings {
+        model,
+        ..Settings::default()
+    };
+    let mut machine = SelfCalibration::new(settings).unwrap();
+    machine
+        .push_position(Position {
+            latitude_rad: 0.8,
+            longitude_rad: 2.2,
+            height_m: 0.0,
+        })
+        .unwrap();
+    for tick in ticks {
+        if let Some(joints) = tick.joints {
+            machine.push_joints(joints).unwrap();
+        }
+        machine.push_imu(&tick.imu);
+        while let Some(event) = machine.poll() {
+            black_box(event);
+        }
+    }
+}
+
 fn pipeline(criterion: &mut Criterion) {
-    let samples: Vec<ImuSample> = simulation().map(|tick| tick.unwrap().imu).collect();
+    let ticks: Vec<Tick> = simulation().map(Result::unwrap).collect();
     let mut group = criterion.benchmark_group("4 h at 100 Hz");
     group.sample_size(10);
-    group.bench_function("mechanization and filter", |b| {
-        b.iter(|| {
-            let mut machine = SelfCalibration::new(Settings::default()).unwrap();
-            machine
-                .push_position(Position {
-                    latitude_rad: 0.8,
-                    longitude_rad: 2.2,
-                    height_m: 0.0,
-                })
-                .unwrap();
-            for sample in &samples {
-                machine.push_imu(sample);
-                while let Some(event) = machine.poll() {
-                    black_box(event);
-                }
-            }
-        });
+    group.bench_function("thirteen states", |b| {
+        b.iter(|| calibrate(&ticks, ModelChoice::Paper));
+    });
+    group.bench_function("whole model with encoders", |b| {
+        b.iter(|| calibrate(&ticks, ModelChoice::Whole));
     });
     group.bench_function("simulation", |b| {
         b.iter(|| {

@@ -12,7 +12,7 @@ use sins::machines::navigator::{
 };
 use sins::machines::self_calibration::{Calibration, Phase, Reference, Settings};
 use sins::sensor::{ImuSample, SensorErrors, VelocityMeasurement};
-use sins::table::JointSample;
+use sins::table::{JointSample, TableErrors};
 
 const RATE_HZ: i64 = 20;
 const INTERVAL_S: f64 = 1.0 / RATE_HZ as f64;
@@ -99,6 +99,7 @@ fn calibration(at: i64, position: Position) -> Calibration {
         stamp: stamp(at),
         phase: Phase::Converged,
         errors: SensorErrors::default(),
+        table: TableErrors::default(),
         attitude: UnitQuaternion::identity(),
         position,
         covariance: known(1e-8),
@@ -169,6 +170,33 @@ fn a_jump_goes_on_from_the_newest_position() {
     for solution in [last.compensated, last.uncompensated] {
         let off_m = there.offset_m(&solution.navigation.position).norm();
         assert!(off_m < 10.0, "{off_m} m from the newest fix");
+    }
+}
+
+/// The encoders tell what the table turned in a hole, not what the ship did: `longest_hole_s` ends the navigation all the same.
+#[test]
+fn the_longest_hole_counts_whatever_the_encoders_tell() {
+    for (seconds, restarts) in [(290, 0), (310, 1)] {
+        let ship = Ship::moored(place());
+        let mut navigator = Navigator::new(settings()).unwrap();
+        navigator.push_position(place()).unwrap();
+        let mut all = Vec::new();
+        for k in (0..number(10)).chain(number(10 + seconds)..number(20 + seconds)) {
+            navigator.push_joints(joints(k)).unwrap();
+            navigator.push_imu(&ship.sample(k));
+            if k == number(5) {
+                let calibration = calibration(k - 20, place());
+                navigator.push_calibration(calibration).unwrap();
+            }
+            all.extend(events(&mut navigator));
+        }
+        let is_restart =
+            |event: &&NavigatorEvent| matches!(event, NavigatorEvent::Restarted { .. });
+        assert_eq!(
+            all.iter().filter(is_restart).count(),
+            restarts,
+            "{seconds} s"
+        );
     }
 }
 

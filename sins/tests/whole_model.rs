@@ -5,6 +5,7 @@
 use nalgebra::Vector3;
 use sins::earth::Position;
 use sins::estimation::filter::{EncoderReading, Loop, VelocityMeasurement};
+use sins::estimation::groups::antenna::Antenna;
 use sins::estimation::groups::arms::AccelerometerArms;
 use sins::estimation::groups::delay::AccelerometerDelay;
 use sins::estimation::groups::g_sensitivity::GyroscopeGSensitivity;
@@ -65,6 +66,7 @@ fn model(case: Case) -> Whole {
             encoder_zero_rad: given(case.encoders, 60.0 * ARC_SECOND),
             encoder_eccentricity_rad: given(case.encoders, 10.0 * ARC_SECOND),
         },
+        antenna: Antenna { arm_m: 0.0 },
         base: BaseAttitude {
             walk_rad_sqrt_s: 0.0,
         },

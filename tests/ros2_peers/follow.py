@@ -36,7 +36,7 @@ spin_until(
 
 
 def wait(future, what):
-    spin_until(node, future.done, what, 30.0)
+    spin_until(node, future.done, what)
     return future.result()
 
 
@@ -70,10 +70,10 @@ def goal(seconds, target):
 
 
 def rest():
-    spin_until(node, lambda: table["velocity"] == [0.0, 0.0], "the table rests", 30.0)
+    spin_until(node, lambda: table["velocity"] == [0.0, 0.0], "the table rests")
     # One more joint state, so that the position is that of rest.
     last = table.pop("position")
-    spin_until(node, lambda: "position" in table, "a joint state", 10.0)
+    spin_until(node, lambda: "position" in table, "a joint state")
     return last
 
 
@@ -191,7 +191,7 @@ def twice():
         return [s.status for s in statuses[-1].status_list if s.goal_info.goal_id == identity] if statuses else []
 
     # Of a latched topic older messages may come first.
-    spin_until(node, lambda: mine() == [end["status"]], "the latched status", 10.0)
+    spin_until(node, lambda: mine() == [end["status"]], "the latched status")
     return {"second": second.handle.accepted, "first": end, "statuses": mine()}
 
 

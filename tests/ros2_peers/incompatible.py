@@ -25,6 +25,6 @@ def take(array):
 
 
 node.create_subscription(DiagnosticArray, "/diagnostics", take, reliable(10))
-spin_until(node, lambda: found, f"a bad status of {target}", 30.0)
+spin_until(node, lambda: found, f"a bad status of {target}")
 answer(found[0])
 rclpy.shutdown()

@@ -7,7 +7,7 @@ import json
 import sys
 
 import rclpy
-from peer import answer, plain, spin_until
+from peer import GUARD, answer, plain, spin_until
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
@@ -15,12 +15,12 @@ target, name, value = sys.argv[1:]
 rclpy.init()
 node = rclpy.create_node("asker")
 client = AsyncParameterClient(node, target)
-if not client.wait_for_services(timeout_sec=15.0):
+if not client.wait_for_services(timeout_sec=GUARD):
     sys.exit(f"{target} has no parameter services")
 
 
 def ask(future):
-    spin_until(node, future.done, f"an answer of {target}", 20.0)
+    spin_until(node, future.done, f"an answer of {target}")
     return future.result()
 
 

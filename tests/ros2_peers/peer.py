@@ -72,23 +72,27 @@ def best_effort(depth=100):
     return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
-def spin_until(node, condition, what, timeout=60.0, spin=None):
-    """Spins until the condition holds; ends the program with a line where it does not in time."""
+# Longest time that anything is waited for, as GUARD of the tests: it only ends what would never end.
+GUARD = 600.0
+
+
+def spin_until(node, condition, what, spin=None):
+    """Spins until the condition holds; ends the program with a line where it never does."""
     spin = spin or (lambda: rclpy.spin_once(node, timeout_sec=0.1))
-    end = time.monotonic() + timeout
+    end = time.monotonic() + GUARD
     while not condition():
         if time.monotonic() > end:
-            sys.exit(f"not after {timeout:.0f} s: {what}")
+            sys.exit(f"not after {GUARD:.0f} s: {what}")
         spin()
 
 
 def call(node, kind, name, request=None, spin=None):
     """The answer of a service; `spin` spins for a while where more than this node has to."""
     client = node.create_client(kind, name)
-    if not client.wait_for_service(timeout_sec=20.0):
+    if not client.wait_for_service(timeout_sec=GUARD):
         sys.exit(f"no service {name}")
     future = client.call_async(request or kind.Request())
-    spin_until(node, future.done, f"an answer of {name}", 20.0, spin)
+    spin_until(node, future.done, f"an answer of {name}", spin)
     return future.result()
 
 

@@ -1,13 +1,16 @@
-"""Asks the calibrator for its action, in every way it can end: self_calibrate.py [silent]
+"""Asks the calibrator for its action, in every way it can end: self_calibrate.py [silent | cleanup]
 
-With `silent` only for one more goal, whose samples do not come.
+With `silent` only for one more goal, whose samples do not come; with `cleanup` for one in the midst of which the node is
+deactivated and cleaned up.
 """
 
 import math
 import sys
 
 import rclpy
-from peer import answer, plain, reliable, spin_until
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from peer import answer, call, plain, reliable, spin_until
 from rclpy.action import ActionClient
 from rotary_sins_msgs.action import SelfCalibrate
 from rotary_sins_msgs.msg import SchemeStatus, SelfCalibrationEstimate
@@ -34,7 +37,7 @@ spin_until(node, lambda: len(seen) == 2, "estimate and scheme")
 
 
 def wait(future, what):
-    spin_until(node, future.done, what, 120.0)
+    spin_until(node, future.done, what)
     return future.result()
 
 
@@ -57,6 +60,17 @@ def stamp(message):
 
 if sys.argv[1:] == ["silent"]:
     answer(Asked(time_limit=1000.0).end())
+    sys.exit()
+if sys.argv[1:] == ["cleanup"]:
+    running = Asked(azimuth_threshold=1e-9)
+    spin_until(node, lambda: len(running.feedback) > 2, "feedback")
+    end = running.handle.get_result_async()
+    for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        if not call(node, ChangeState, "/self_calibrator/change_state", request).success:
+            sys.exit(f"transition {transition} is refused")
+    response = wait(end, "a result")
+    answer({"status": response.status, "result": plain(response.result)})
     sys.exit()
 found = {
     "nonsense": Asked(time_limit=-1.0).handle.accepted,

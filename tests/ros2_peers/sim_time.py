@@ -8,7 +8,7 @@ import time
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from peer import answer, best_effort, reliable, spin_until
+from peer import GUARD, answer, best_effort, reliable, spin_until
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rosgraph_msgs.msg import Clock
@@ -37,13 +37,13 @@ def take(array):
 
 node.create_subscription(DiagnosticArray, "/diagnostics", take, reliable(10))
 client = AsyncParameterClient(node, target)
-if not client.wait_for_services(timeout_sec=15.0):
+if not client.wait_for_services(timeout_sec=GUARD):
     sys.exit(f"{target} has no parameter services")
 
 
 def simulate(value):
     future = client.set_parameters([Parameter("use_sim_time", value=value)])
-    spin_until(node, future.done, "an answer", 20.0)
+    spin_until(node, future.done, "an answer")
     result = future.result().results[0]
     if not result.successful:
         sys.exit(result.reason)
@@ -55,7 +55,6 @@ def is_simulated(value):
         node,
         lambda: stamps and (stamps[-1] == SIMULATED) == value,
         f"stamps with use_sim_time {value}, but {stamps[-3:]}",
-        20.0,
     )
 
 

@@ -3,6 +3,7 @@
 Runs the scheme of /scheme_sequencer once for each way a motion can go, and answers with what the sequencer said of it.
 """
 
+import faulthandler
 import os
 import sys
 import threading
@@ -11,7 +12,7 @@ import time
 import rclpy
 from action_msgs.srv import CancelGoal
 from control_msgs.action import FollowJointTrajectory
-from peer import answer, reliable
+from peer import GUARD, answer, reliable
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
@@ -21,15 +22,42 @@ from std_srvs.srv import Trigger
 
 ACTION = "/turntable/follow_joint_trajectory"
 NAMES = ["outer_joint", "inner_joint"]
-LONG = 60.0
 UNDER_WAY = (SchemeStatus.WAITING_FOR_TABLE, SchemeStatus.DWELLING, SchemeStatus.ROTATING)
 
+# Whatever locks up, in rclpy or beneath it: the program ends with where all its threads are.
+faulthandler.dump_traceback_later(GUARD, exit=True)
 rclpy.init()
-node = rclpy.create_node("table")
 group = ReentrantCallbackGroup()
-executor = MultiThreadedExecutor(num_threads=8)
-executor.add_node(node)
-state = {"way": "obey", "position": [0.0, 0.0], "moving": [0.0, 0.0], "goals": 0, "cancels": 0, "statuses": []}
+
+
+class Spinning:
+    """A node, and the thread that spins it."""
+
+    def __init__(self, name):
+        self.node = rclpy.create_node(name)
+        self.executor = MultiThreadedExecutor(num_threads=8)
+        self.executor.add_node(self.node)
+        self.last = None
+        self.gone = threading.Event()
+        self.thread = threading.Thread(target=self.spin, daemon=True)
+
+    def spin(self):
+        while True:
+            self.executor.spin_once(timeout_sec=0.1)
+            if self.last and not self.gone.is_set():
+                self.last()
+                self.gone.set()
+
+    def end_with(self, last):
+        """Does this between two waits: what destroys a server in the midst of one races with it. The next lets go of it."""
+        self.last = last
+        self.gone.wait()
+
+
+# Apart, so that what is destroyed in the one cannot end the other.
+table, observer = Spinning("table"), Spinning("observer")
+node = observer.node
+state = {"way": "obey", "position": [0.0, 0.0], "moving": [0.0, 0.0], "goals": 0, "cancels": 0, "statuses": [], "asked": False, "asleep": False}
 joint_states = node.create_publisher(JointState, "/turntable/joint_states", reliable(100))
 
 
@@ -53,7 +81,8 @@ def execute(goal):
     target = [points[-1].positions[i] for i in order]
     while time.time() < end or way in ("hold", "never"):
         if state["way"] == "gone":
-            time.sleep(LONG)
+            state["asleep"] = True
+            time.sleep(GUARD)
         if goal.is_cancel_requested:
             state["moving"] = [0.0, 0.0]
             goal.canceled()
@@ -82,6 +111,9 @@ def execute(goal):
 
 
 def decide(_):
+    if state["way"] == "late":
+        state["asked"] = True
+        wait(lambda: state["way"] != "late", "the table may answer")
     return GoalResponse.REJECT if state["way"] == "reject" else GoalResponse.ACCEPT
 
 
@@ -92,7 +124,7 @@ def decide_cancel(_):
 
 def server():
     return ActionServer(
-        node,
+        table.node,
         FollowJointTrajectory,
         ACTION,
         execute,
@@ -103,11 +135,16 @@ def server():
 
 
 def wait(condition, what):
-    end = time.monotonic() + LONG
     while not condition():
-        if time.monotonic() > end:
-            raise SystemExit(f"not after {LONG:.0f} s: {what}; {state}")
+        if not (observer.thread.is_alive() and (table.thread.is_alive() or table.gone.is_set())):
+            give_up(f"an executor has ended before: {what}; {state}")
         time.sleep(0.02)
+
+
+def give_up(why):
+    """Ends the program, threads that sleep included."""
+    print(why, file=sys.stderr, flush=True)
+    os._exit(1)
 
 
 def call(kind, name, request):
@@ -128,14 +165,16 @@ def newest():
 
 def run(way):
     """Starts the scheme with a table that goes this way, and waits until a goal has come."""
-    state.update(way=way, position=[0.0, 0.0], moving=[0.0, 0.0], goals=0, cancels=0, statuses=[])
+    state.update(way=way, position=[0.0, 0.0], moving=[0.0, 0.0], goals=0, cancels=0, statuses=[], asked=False)
     if not ask("start"):
-        raise SystemExit(f"{way}: the scheme does not start")
+        give_up(f"{way}: the scheme does not start")
     # What was said of the run before may still be under way: only what comes from the start on is of this one.
     wait(lambda: any(status.state in UNDER_WAY for status in state["statuses"]), f"{way}: the scheme is under way")
     while state["statuses"][0].state not in UNDER_WAY:
         state["statuses"].pop(0)
-    if way != "reject":
+    if way == "late":
+        wait(lambda: state["asked"], f"{way}: the table is asked")
+    elif way != "reject":
         wait(lambda: state["goals"] > 0, f"{way}: a goal")
 
 
@@ -174,6 +213,14 @@ def runs():
     wait(lambda: state["cancels"] > 0, "the motion without an end is cancelled")
     found["never cancelled"] = state["cancels"]
 
+    # Aborted while the table still owes its answer; the goal that it then accepts is not wanted any more.
+    run("late")
+    aborted = ask("abort")
+    wait(lambda: newest().state == SchemeStatus.ABORTED, "aborted")
+    found["late"] = {"aborted": aborted, "goals_until_then": state["goals"]}
+    state["way"] = "hold"
+    wait(lambda: state["cancels"] > 0 and state["goals"] > 0, "the late goal is cancelled")
+
     run("hold")
     call(CancelGoal, f"{ACTION}/_action/cancel_goal", CancelGoal.Request())
     found["cancelled"] = fault("cancelled")
@@ -181,8 +228,8 @@ def runs():
     run("hold")
     # The goal is not ended before, as little as by a table that loses its power.
     state["way"] = "gone"
-    time.sleep(0.2)
-    state["server"].destroy()
+    wait(lambda: state["asleep"], "the motion stands still")
+    table.end_with(state["server"].destroy)
     found["gone"] = fault("gone")
     return found
 
@@ -192,8 +239,8 @@ node.create_timer(0.02, tell_joints, callback_group=group)
 node.create_subscription(
     SchemeStatus, "/scheme/status", lambda status: state["statuses"].append(status), reliable(10, latched=True), callback_group=group
 )
-thread = threading.Thread(target=executor.spin, daemon=True)
-thread.start()
+for spinning in (table, observer):
+    spinning.thread.start()
 answer(runs())
 # The goal of the table that is gone never ends, so neither would its thread.
 sys.stdout.flush()

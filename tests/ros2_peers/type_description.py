@@ -28,7 +28,7 @@ def hash_of(topic):
         found[:] = [info.topic_type_hash for info in node.get_publishers_info_by_topic(topic)]
         return bool(found)
 
-    spin_until(node, look, f"{topic} in the graph", 20.0)
+    spin_until(node, look, f"{topic} in the graph")
     value = found[0]
     return f"RIHS{value.version:02}_{bytes(value.value).hex()}"
 

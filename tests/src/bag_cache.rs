@@ -1,7 +1,9 @@
 //! What several tests need and takes long to make: kept below the target folder, as long as the executables stay the same.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
 use crate::cli::rotary_sins;
@@ -71,7 +73,8 @@ pub(crate) fn part_of(name: &str, by: &[&str]) -> PathBuf {
     cache(by).join(format!("{name}.part"))
 }
 
-/// Folder of what these executables made; that of older ones is removed.
+/// Folder of what these executables made. It stays as long as this process lives; that of older ones is removed where no
+/// other process uses it any more.
 fn cache(by: &[&str]) -> PathBuf {
     let modified = by.iter().map(|name| {
         let file = fs::metadata(executable(name)).unwrap();
@@ -84,17 +87,29 @@ fn cache(by: &[&str]) -> PathBuf {
     let lock = File::create(all.join("lock")).unwrap();
     lock.lock().unwrap();
     let folder = all.join(&key);
-    if !folder.exists() {
-        for entry in fs::read_dir(&all).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                remove(&path);
-            }
+    fs::create_dir_all(&folder).unwrap();
+    // Locks of this kind are taken and given up only by who holds the one above, or by the end of a process.
+    let in_use = |folder: &Path| File::create(folder.with_extension("in-use")).unwrap();
+    {
+        let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+        held.entry(folder.clone()).or_insert_with(|| {
+            let file = in_use(&folder);
+            file.lock_shared().unwrap();
+            file
+        });
+    }
+    for entry in fs::read_dir(&all).unwrap() {
+        let path = entry.unwrap().path();
+        if path != folder && path.is_dir() && in_use(&path).try_lock().is_ok() {
+            remove(&path);
+            remove(&path.with_extension("in-use"));
         }
-        fs::create_dir(&folder).unwrap();
     }
     folder
 }
+
+/// Folders that this process uses, each with the lock that keeps others from removing it.
+static HELD: Mutex<BTreeMap<PathBuf, File>> = Mutex::new(BTreeMap::new());
 
 fn remove(path: &Path) {
     if path.is_dir() {

@@ -8,7 +8,6 @@ mod summary;
 
 use nalgebra::SVector;
 use rayon::prelude::*;
-use sins::earth::Position;
 use sins::{
     estimation::state::StateLabel,
     machines::self_calibration::{Estimate, Event, SelfCalibration, Settings},
@@ -16,6 +15,7 @@ use sins::{
     simulation::{
         ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings,
     },
+    stream::Reading,
     studies::monte_carlo::{CALIBRATED, Departure, TrueErrors, Voyage, VoyageTrack},
     table::scheme::{Scheme, Sequencer, sequencer::SequencerSettings},
 };
@@ -120,22 +120,14 @@ fn trial(plan: &Plan, run: u64) -> Result<Trial, Error> {
         ..Settings::default()
     })?;
     let sequencer = Sequencer::new(scheme.program(turntable)?, SequencerSettings::default())?;
-    machine.push_joints(simulator.first_joints())?;
+    machine.push(&Reading::Joints(simulator.first_joints()))?;
     let mut simulation = Run::new(simulator, sequencer, HOURS * 3600.0);
     let mut history = Vec::new();
     for tick in simulation.by_ref() {
         let tick = tick?;
-        if let Some(fix) = &tick.position {
-            machine.push_position(Position {
-                latitude_rad: fix.latitude_rad,
-                longitude_rad: fix.longitude_rad,
-                height_m: fix.height_m,
-            })?;
+        for reading in tick.readings() {
+            machine.push(&reading)?;
         }
-        if let Some(joints) = tick.joints {
-            machine.push_joints(joints)?;
-        }
-        machine.push_imu(&tick.imu);
         while let Some(event) = machine.poll() {
             let Event::Estimate(estimate) = event else {
                 continue;

@@ -104,6 +104,52 @@ impl From<&Estimate> for Point {
     }
 }
 
+/// A state of the newest estimate, SI.
+#[derive(Clone, Debug)]
+pub struct NamedState {
+    /// Its name.
+    pub name: String,
+    /// The estimate.
+    pub value: f64,
+    /// 1 sigma.
+    pub sigma: f64,
+    /// 1 sigma before anything was measured, where the record tells.
+    pub prior: Option<f64>,
+}
+
+/// The states of a recorded estimate.
+pub fn recorded_states(message: &SelfCalibrationEstimate) -> Vec<NamedState> {
+    let numbers = message
+        .state_names
+        .iter()
+        .zip(&message.state)
+        .zip(&message.std);
+    let prior = |at: usize| message.prior_std.get(at).copied();
+    numbers
+        .enumerate()
+        .map(|(at, ((name, value), sigma))| NamedState {
+            name: name.clone(),
+            value: *value,
+            sigma: *sigma,
+            prior: prior(at).filter(|sigma| *sigma > 0.0),
+        })
+        .collect()
+}
+
+/// The states of one of our own.
+pub fn own_states(estimate: &Estimate) -> Vec<NamedState> {
+    let states = &estimate.states;
+    let named = states.states().iter().zip(states.values());
+    named
+        .map(|(name, value)| NamedState {
+            name: name.to_owned(),
+            value: *value,
+            sigma: states.sigma(name).unwrap_or_default(),
+            prior: estimate.prior.value(name).filter(|sigma| *sigma > 0.0),
+        })
+        .collect()
+}
+
 /// Counts that come with an estimate.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
@@ -158,6 +204,8 @@ pub struct History {
     pub failures: u64,
     /// What the judge has against the last of our own estimates.
     pub reasons: Vec<String>,
+    /// States of the newest estimate.
+    pub states: Vec<NamedState>,
     /// Counts of the newest estimate.
     pub counts: Counts,
     /// Times at which an alignment began anew, up to a bound.
@@ -178,6 +226,7 @@ impl Default for History {
             phase: None,
             failures: 0,
             reasons: Vec::new(),
+            states: Vec::new(),
             counts: Counts::default(),
             restarts: Vec::new(),
             taken: 0,

@@ -6,18 +6,22 @@ use ros2_interfaces::{
 };
 use rotary_sins_msgs::convert::{position_from_fix, stamp_from_time};
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-use sins::{earth::Position, machines::self_calibration::Event, time::Stamp};
+use sins::{
+    earth::Position,
+    machines::self_calibration::{Event, SelfCalibration},
+    time::Stamp,
+};
 
 use super::{
     diagnostics::Diagnostics,
-    estimates::{Counts, History, Point, phase_number},
+    estimates::{Counts, History, Point, own_states, phase_number, recorded_states},
     scheme::Scheme,
     streams::Stream,
     thin::{Corners, POINTS, Thinned},
     topics::{Role, Topics},
     truth::Truth,
 };
-use crate::{Calibrator, Error, Listener, Notes, SensorSource};
+use crate::{Error, Listener, Notes, SensorSource};
 
 /// A true position this old says nothing of the present one \[ns\].
 const POSITION_AGE_NS: u64 = 2_000_000_000;
@@ -122,7 +126,7 @@ impl GatheredRun {
 pub fn gather(
     source: &SensorSource,
     bag: &Bag,
-    calibrator: Calibrator,
+    calibrator: SelfCalibration,
     listener: &dyn Listener,
 ) -> Result<GatheredRun, Error> {
     let topics = Topics::find(bag, &source.options)?;
@@ -170,7 +174,7 @@ struct Gathering<'b> {
     bag: &'b Bag,
     listener: &'b dyn Listener,
     topics: Topics,
-    calibrator: Option<Calibrator>,
+    calibrator: Option<SelfCalibration>,
     /// Estimates made from the samples.
     own: History,
     made: u64,
@@ -187,8 +191,9 @@ impl Gathering<'_> {
         let options = &source.options;
         if let Some(sample) = source.first_position(self.bag, self.topics.sensors.fix)?
             && let Some(calibrator) = &mut self.calibrator
+            && let Some(reading) = sample.reading()
         {
-            calibrator.push(&sample).map_err(Error::Position)?;
+            calibrator.push(&reading).map_err(Error::Position)?;
         }
         if options.start_offset.is_some() {
             self.latched_truth()?;
@@ -214,7 +219,9 @@ impl Gathering<'_> {
                 && let Err(reason) = self.take_message(role, &message)
             {
                 let index = self.run.streams[message.topic].count - 1;
-                let error = self.bag.message_error(message.topic, index, reason);
+                let error = self
+                    .bag
+                    .message_error(message.topic, index, reason.to_string());
                 self.run.notes.undecodable(listener, &error);
             }
         }
@@ -238,7 +245,7 @@ impl Gathering<'_> {
         let mut messages = self.bag.messages(&Selection::topics(topics.clone()));
         while let Some(message) = messages.next() {
             self.take_message(Role::TrueCalibration, &message)
-                .map_err(|reason| self.bag.message_error(topics[0], 0, reason))?;
+                .map_err(|reason| self.bag.message_error(topics[0], 0, reason.to_string()))?;
         }
         Ok(())
     }
@@ -255,7 +262,8 @@ impl Gathering<'_> {
             return;
         }
         let name = &self.bag.topics()[topic].name;
-        if let Err(error) = calibrator.push(&sample) {
+        let pushed = sample.reading().map(|reading| calibrator.push(&reading));
+        if let Some(Err(error)) = pushed {
             self.run.notes.error(self.listener, name, &error);
         }
         while let Some(event) = calibrator.poll() {
@@ -266,6 +274,7 @@ impl Gathering<'_> {
                 self.own.failures = estimate.innovations.failures;
                 self.own
                     .take(Point::from(&**estimate), estimate.innovations.last, counts);
+                self.own.states = own_states(estimate);
                 self.made += 1;
                 if self.made.is_multiple_of(60) {
                     self.listener.task(estimate.phase.name());
@@ -274,16 +283,16 @@ impl Gathering<'_> {
             self.run.notes.event(self.listener, name, &event);
         }
         if let Sample::Imu(imu) = &sample {
-            let phase = phase_number(calibrator.machine.phase());
+            let phase = phase_number(calibrator.phase());
             self.own.take_phase(imu.stamp, phase);
         }
     }
 
-    fn take_message(&mut self, role: Role, message: &RawMessage<'_>) -> Result<(), String> {
+    fn take_message(&mut self, role: Role, message: &RawMessage<'_>) -> Result<(), cdr::Error> {
         let run = &mut self.run;
         match role {
             Role::Estimate => {
-                let estimate: SelfCalibrationEstimate = cdr::decode(message.data)?;
+                let estimate = SelfCalibrationEstimate::from_cdr(message.data)?;
                 let stamp: Stamp = stamp_from_time(estimate.header.stamp);
                 run.history.take_phase(stamp, estimate.phase);
                 // Before the filter runs there are no numbers.
@@ -302,6 +311,7 @@ impl Gathering<'_> {
                     run.history.failures += u64::from(failed);
                     run.history
                         .take(Point::from(&estimate), estimate.nis, counts);
+                    run.history.states = recorded_states(&estimate);
                 }
             }
             Role::Scheme => run.scheme.take(&cdr::decode::<SchemeStatus>(message.data)?),
@@ -310,7 +320,7 @@ impl Gathering<'_> {
                 run.diagnostics.take(&array);
             }
             Role::TrueCalibration => {
-                let truth: Calibration = cdr::decode(message.data)?;
+                let truth = Calibration::from_cdr(message.data)?;
                 run.truth.take_calibration(truth);
             }
             Role::TruePose => {
@@ -355,15 +365,12 @@ impl Gathering<'_> {
     /// Decides where the estimates come from, and closes everything.
     fn end(mut self) -> Result<GatheredRun, Error> {
         if let (None, Some(calibrator)) = (self.run.history.phase, &mut self.calibrator) {
-            let last = calibrator
-                .machine
-                .finish()
-                .map_err(|source| Error::NoEstimate {
-                    path: self.bag.path().to_owned(),
-                    source,
-                })?;
+            let last = calibrator.finish().map_err(|source| Error::NoEstimate {
+                path: self.bag.path().to_owned(),
+                source,
+            })?;
             self.own.take_phase(last.stamp, phase_number(last.phase));
-            self.own.reasons = last.verdict(calibrator.machine.settings()).reasons;
+            self.own.reasons = last.verdict(calibrator.settings()).reasons;
             self.own.failures = last.innovations.failures;
             if self.own.newest == Some(last.stamp) {
                 // Samples behind the last estimate count too.
@@ -374,6 +381,7 @@ impl Gathering<'_> {
                 self.run.truth.take_estimate(last.stamp, attitude);
                 self.own
                     .take(Point::from(&last), last.innovations.last, counts);
+                self.own.states = own_states(&last);
             }
             if let Some(doubt) = last.axes_doubt() {
                 self.listener.note(&doubt);

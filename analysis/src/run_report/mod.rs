@@ -5,6 +5,7 @@ mod estimates;
 mod faults;
 mod figures;
 mod gather;
+mod groups;
 mod page;
 mod scheme;
 mod streams;
@@ -18,9 +19,9 @@ use std::path::Path;
 
 use bags::Bag;
 use report::{Figure, Page, Verdict};
-use sins::machines::self_calibration::Settings;
+use sins::machines::self_calibration::{SelfCalibration, Settings};
 
-use crate::{Calibrator, Error, Listener, SensorSource};
+use crate::{Error, Listener, SensorSource};
 use figures::{Clock, Drawing};
 use page::Head;
 use verdict::End;
@@ -61,7 +62,7 @@ impl RunReport {
     /// Where the bag cannot be read, has no topic of the kind, or does not lead to an estimate.
     pub fn of(request: &Request<'_>, listener: &dyn Listener) -> Result<Self, Error> {
         let &Request { bag, settings, .. } = request;
-        let calibrator = Calibrator::new(settings)?;
+        let calibrator = SelfCalibration::new(settings.clone())?;
         let mut run = gather::gather(request.source, bag, calibrator, listener)?;
         let (points, singles) = run.history.take_series();
         let joints = std::mem::take(&mut run.joints).finish();

@@ -11,6 +11,7 @@ use super::{
     faults::faults,
     figures::Clock,
     gather::{GatheredRun, Source},
+    groups,
     scheme::RecordedStep,
     verdict::{Angle, End, Finding, StateAtEnd},
 };
@@ -79,6 +80,7 @@ pub fn page(
         page.table(angle_table(&end.angles));
     }
     page.table(phase_table(head, run));
+    groups::section(&mut page, &groups::groups(run));
     if !figures.is_empty() {
         page.section(2, "In the course of time");
     }

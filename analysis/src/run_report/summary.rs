@@ -16,6 +16,7 @@ use super::{
     estimates::{Point, phase_name},
     faults::faults,
     gather::{GatheredRun, Source, Track},
+    groups::{GroupState, groups},
     page::Head,
     verdict::{End, Finding, StateAtEnd, gaps},
 };
@@ -41,6 +42,9 @@ pub struct Summary {
     accelerometer_bias_m_s2: Option<[f64; 3]>,
     accelerometer_bias_std_m_s2: Option<[f64; 3]>,
     accelerometer_bias_truth_m_s2: Option<[f64; 3]>,
+    states: Vec<StateJson>,
+    /// States that kept their prior.
+    unobservable: Vec<&'static str>,
     misalignment_std_rad: Option<[f64; 3]>,
     misalignment_error_rad: Option<[f64; 3]>,
     largest_error_sigmas: Option<f64>,
@@ -71,6 +75,28 @@ struct FindingJson {
     name: &'static str,
     verdict: &'static str,
     text: String,
+}
+
+/// A state that the whole model has beyond drifts, biases and attitude.
+#[derive(Serialize)]
+struct StateJson {
+    name: &'static str,
+    estimate: f64,
+    std: f64,
+    prior_std: Option<f64>,
+    truth: Option<f64>,
+}
+
+impl From<GroupState> for StateJson {
+    fn from(group: GroupState) -> Self {
+        Self {
+            name: group.label.name,
+            estimate: group.state.value,
+            std: group.state.sigma,
+            prior_std: group.state.prior,
+            truth: group.truth,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -178,6 +204,7 @@ pub fn summary(
     let (gaps, lost_samples) = gaps(run);
     let (faults, more_faults) = faults(run);
     let nanos = Stamp::nanos;
+    let groups: Vec<GroupState> = groups(run).into_iter().flat_map(|(_, s)| s).collect();
     Summary {
         bag: head.bag.path().to_owned(),
         page: path.to_owned(),
@@ -213,6 +240,12 @@ pub fn summary(
         accelerometer_bias_m_s2: triple(end, ACCELEROMETER_BIAS, |s| s.estimate),
         accelerometer_bias_std_m_s2: triple(end, ACCELEROMETER_BIAS, |s| Some(s.sigma)),
         accelerometer_bias_truth_m_s2: triple(end, ACCELEROMETER_BIAS, |s| s.truth),
+        unobservable: groups
+            .iter()
+            .filter(|state| state.is_hidden())
+            .map(|state| state.label.name)
+            .collect(),
+        states: groups.into_iter().map(StateJson::from).collect(),
         misalignment_std_rad: triple(end, MISALIGNMENT, |s| Some(s.sigma)),
         misalignment_error_rad: triple(end, MISALIGNMENT, |s| s.error),
         largest_error_sigmas: largest_error_sigmas(end),
@@ -256,21 +289,22 @@ pub fn summary(
             })
             .collect(),
         more_faults,
-        diagnostics: run
-            .diagnostics
-            .list()
-            .into_iter()
-            .map(|diagnostic| DiagnosticJson {
-                name: diagnostic.name.clone(),
-                level: diagnostic.level,
-                message: diagnostic.message.clone(),
-                first_ns: diagnostic.first.nanos(),
-                count: diagnostic.count,
-            })
-            .collect(),
+        diagnostics: diagnostics(run),
         warnings: run.damage.iter().chain(&run.notes.lines).cloned().collect(),
         figures: figures.iter().map(|figure| figure.id.clone()).collect(),
     }
+}
+
+fn diagnostics(run: &GatheredRun) -> Vec<DiagnosticJson> {
+    let list = run.diagnostics.list().into_iter();
+    list.map(|diagnostic| DiagnosticJson {
+        name: diagnostic.name.clone(),
+        level: diagnostic.level,
+        message: diagnostic.message.clone(),
+        first_ns: diagnostic.first.nanos(),
+        count: diagnostic.count,
+    })
+    .collect()
 }
 
 fn steps(head: &Head<'_>, run: &GatheredRun) -> Vec<StepJson> {

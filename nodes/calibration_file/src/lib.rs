@@ -6,7 +6,7 @@
 //! States are found by their names. A file may hold more of them than this program knows, or fewer; of one that is missing, or
 //! whose variance is zero, a reader knows what it knew before. A sigma of zero in field units says that it is not known.
 
-use std::{fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
@@ -15,7 +15,9 @@ use sins::earth::Position;
 use sins::{
     Stamp,
     estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
-    machines::self_calibration::{Calibration, CalibrationRecord, Phase, RecordedCovariance},
+    machines::self_calibration::{
+        Calibration, CalibrationRecord, Phase, RecordedCovariance, further_errors,
+    },
     units::{DEG_PER_HOUR, MICRO_G},
 };
 
@@ -50,6 +52,9 @@ struct Si {
     accelerometer_bias_m_s2: [f64; 3],
     gyroscope_matrix: [[f64; 3]; 3],
     accelerometer_matrix: [[f64; 3]; 3],
+    /// Every other error of sensors and table by the name of its state; one that is missing is zero.
+    #[serde(default)]
+    states: BTreeMap<String, f64>,
     latitude_rad: f64,
     longitude_rad: f64,
     state_names: Vec<String>,
@@ -94,6 +99,10 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
             accelerometer_bias_m_s2: errors.accelerometer_bias.into(),
             gyroscope_matrix: errors.gyroscope_matrix.transpose().into(),
             accelerometer_matrix: errors.accelerometer_matrix.transpose().into(),
+            states: further_errors(errors, &calibration.table)
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
             latitude_rad: calibration.position.latitude_rad,
             longitude_rad: calibration.position.longitude_rad,
             state_names: covariance.states().iter().map(Into::into).collect(),
@@ -131,6 +140,7 @@ fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
         accelerometer_bias_m_s2: scaled(file.accelerometer_bias_ug, MICRO_G),
         gyroscope_matrix: [0.0; 9],
         accelerometer_matrix: [0.0; 9],
+        further: Vec::new(),
         attitude_xyzw: file.attitude_xyzw,
         position: Position::from_degrees(file.latitude_deg, file.longitude_deg, file.height_m),
         covariance: RecordedCovariance::Sensors {
@@ -172,6 +182,7 @@ fn put_si(record: &mut CalibrationRecord, si: Si) -> anyhow::Result<()> {
     let by_rows = |rows: [[f64; 3]; 3]| std::array::from_fn(|i| rows[i / 3][i % 3]);
     record.gyroscope_matrix = by_rows(si.gyroscope_matrix);
     record.accelerometer_matrix = by_rows(si.accelerometer_matrix);
+    record.further = si.states.into_iter().collect();
     let count = si.state_names.len();
     ensure!(
         si.covariance.len() == count && si.covariance.iter().all(|row| row.len() == count),
@@ -200,6 +211,7 @@ mod tests {
     use sins::estimation::model::{Model, Paper};
     use sins::estimation::state::StateList;
     use sins::sensor::errors::SensorErrors;
+    use sins::table::TableErrors;
 
     use super::*;
 
@@ -212,7 +224,20 @@ mod tests {
                 accelerometer_bias: Vector3::new(9.806_65e-4, 0.1 + 0.2, -1e-17),
                 gyroscope_matrix: nalgebra::Matrix3::from_fn(|i, j| 1e-5 * (3 * i + j) as f64),
                 accelerometer_matrix: nalgebra::Matrix3::from_fn(|i, j| -1e-6 * (3 * i + j) as f64),
-                ..SensorErrors::default()
+                accelerometer_quadratic: Vector3::new(1e-6, -1.0 / 3.0 * 1e-6, 5e-324),
+                accelerometer_arms: nalgebra::Matrix3::from_fn(|i, j| 0.1 / (3 * i + j + 3) as f64),
+                gyroscope_g_sensitivity: nalgebra::Matrix3::from_fn(|i, j| {
+                    1e-9 / (3 * i + j + 7) as f64
+                }),
+                accelerometer_delay_s: 0.1 + 0.2,
+            },
+            table: TableErrors {
+                nonorthogonality_rad: 1e-4 / 3.0,
+                inner_axis_tilt_rad: [1e-5 / 3.0, -2e-5 / 7.0],
+                encoder_zero_outer_rad: 0.0,
+                encoder_zero_inner_rad: 3e-5 / 7.0,
+                encoder_eccentricity_outer_rad: [1e-6 / 3.0, 1e-6 / 7.0],
+                encoder_eccentricity_inner_rad: [-1e-6 / 9.0, 1e-6 / 11.0],
             },
             attitude: UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
             position: Position {
@@ -232,6 +257,30 @@ mod tests {
         let text = text(&example(), "x.mcap").unwrap();
         let file = serde_saphyr::from_str(&text).unwrap();
         assert_eq!(calibration(file).unwrap(), example());
+    }
+
+    /// A file from before there was the key `states` is read with zeros there, and one with names of tomorrow for those that are
+    /// known.
+    #[test]
+    fn errors_of_yesterday_and_tomorrow() {
+        let file = || -> CalibrationFile {
+            serde_saphyr::from_str(&text(&example(), "x").unwrap()).unwrap()
+        };
+        let mut old = serde_json::to_value(file()).unwrap();
+        old["si"].as_object_mut().unwrap().remove("states").unwrap();
+        let old: CalibrationFile = serde_json::from_value(old).unwrap();
+        let read = calibration(old).unwrap();
+        assert_eq!(
+            read.errors.gyroscope_matrix,
+            example().errors.gyroscope_matrix
+        );
+        assert_eq!(read.errors.accelerometer_delay_s, 0.0);
+        assert_eq!(read.table, TableErrors::default());
+
+        let mut new = file();
+        let states = &mut new.si.as_mut().unwrap().states;
+        states.insert("accelerometer_hysteresis_x".to_owned(), 1.0);
+        assert_eq!(calibration(new).unwrap(), example());
     }
 
     /// A value changed by hand beside the other of its pair is refused by its name.

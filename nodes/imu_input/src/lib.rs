@@ -9,7 +9,7 @@ pub fn samples_report(
     watch: &InputWatch,
     stamps: &StreamMonitor,
     counts: StreamCounts,
-    publishers: usize,
+    publishers: &Publishers,
 ) -> Report {
     let report = watch
         .report()
@@ -25,7 +25,7 @@ pub fn samples_report(
         .with("spikes", counts.spikes)
         .with("put in order", counts.reordered)
         .with("restarts", counts.restarts)
-        .with("publishers", publishers)
+        .with("publishers", publishers.names.join(", "))
         .with("zero stamps", stamps.zero())
         .with("jitter [ms]", milliseconds(stamps.jitter_nanos()))
         .with(
@@ -57,38 +57,40 @@ pub fn samples_report(
     if counts.restarts > 0 {
         faults.push(format!("the clock was broken {} times", counts.restarts));
     }
-    if publishers > 1 {
-        faults.push(several_publishers(publishers));
-    }
+    faults.extend(publishers.several());
     if faults.is_empty() {
         return report;
     }
     report.worsened(Level::Warn, &format!("{topic}: {}", faults.join(", ")))
 }
 
-/// What to say where more than one publishes on the topic of the samples.
-fn several_publishers(publishers: usize) -> String {
-    format!(
-        "{publishers} publishers, expected one: the samples of several units cannot be told apart"
-    )
+/// Who publishes on the topic of the samples; says it once where it is more than one.
+#[derive(Clone, Debug, Default)]
+pub struct Publishers {
+    names: Vec<String>,
 }
 
-/// Watches how many publish on the topic of the samples, and says it once where it is more than one.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PublisherCount(usize);
-
-impl PublisherCount {
-    /// Takes the count of now.
-    pub fn take(&mut self, topic: &str, publishers: usize) {
-        if publishers > 1 && publishers != self.0 {
-            tracing::warn!("{topic}: {}", several_publishers(publishers));
+impl Publishers {
+    /// Takes the full names of the nodes that publish now.
+    pub fn take(&mut self, topic: &str, names: Vec<String>) {
+        if names == self.names {
+            return;
         }
-        self.0 = publishers;
+        self.names = names;
+        if let Some(several) = self.several() {
+            tracing::warn!("{topic}: {several}");
+        }
     }
 
-    /// The count.
-    pub fn get(self) -> usize {
-        self.0
+    /// What to say where there is more than one.
+    fn several(&self) -> Option<String> {
+        (self.names.len() > 1).then(|| {
+            format!(
+                "{} publishers, expected one ({}): the samples of several units cannot be told apart",
+                self.names.len(),
+                self.names.join(", ")
+            )
+        })
     }
 }
 
@@ -124,8 +126,9 @@ mod tests {
         for nanos in [5_000_000, 15_000_000, 26_000_000, 35_000_000] {
             stamps.ingest(nanos);
         }
-        let report =
-            |stamps: &StreamMonitor| samples_report(&watch, stamps, StreamCounts::default(), 1);
+        let report = |stamps: &StreamMonitor| {
+            samples_report(&watch, stamps, StreamCounts::default(), &one())
+        };
         let good = report(&stamps);
         assert_eq!(good.level(), Level::Ok);
         assert_eq!(good.value("jitter [ms]"), Some("2.000"));
@@ -137,23 +140,36 @@ mod tests {
         assert_eq!(report(&stamps).value("zero stamps"), Some("2"));
     }
 
-    /// Two publishers are a warning that says so; so are samples that were refused.
+    fn one() -> Publishers {
+        let mut publishers = Publishers::default();
+        publishers.take("imu/data_raw", vec!["/imu_simulator".to_owned()]);
+        publishers
+    }
+
+    /// Two publishers are a warning that names their nodes; samples that were refused are one too.
     #[test]
     fn two_publishers_are_told() {
         let watch = InputWatch::required("imu/data_raw", Duration::from_secs(2));
         let stamps = StreamMonitor::default();
-        let report = |counts, publishers| samples_report(&watch, &stamps, counts, publishers);
+        let report = |counts, publishers: &_| samples_report(&watch, &stamps, counts, publishers);
         let counts = StreamCounts::default();
-        assert!(!format!("{:?}", report(counts, 1)).contains("publishers, expected one"));
-        let two = format!("{:?}", report(counts, 2));
+        let alone = report(counts, &one());
+        assert_eq!(alone.value("publishers"), Some("/imu_simulator"));
+        assert!(!format!("{alone:?}").contains("publishers, expected one"));
+        let mut two = one();
+        two.take(
+            "imu/data_raw",
+            vec!["/imu_driver".to_owned(), "/imu_simulator".to_owned()],
+        );
+        let two = format!("{:?}", report(counts, &two));
         assert!(
-            two.contains("imu/data_raw: 2 publishers, expected one"),
+            two.contains("imu/data_raw: 2 publishers, expected one (/imu_driver, /imu_simulator)"),
             "{two}"
         );
         let refused = StreamCounts {
             repeated: 7,
             ..counts
         };
-        assert!(format!("{:?}", report(refused, 1)).contains("7 samples refused"));
+        assert!(format!("{:?}", report(refused, &one())).contains("7 samples refused"));
     }
 }

@@ -150,6 +150,7 @@ impl Outputs {
         let truth = Calibration::ground_truth(
             plant.now(),
             &simulator.sensor_errors(),
+            &plant.settings().table_errors,
             plant.attitude(),
             plant.ship(),
         );

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_input::{PublisherCount, samples_report};
+use imu_input::{Publishers, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
@@ -96,7 +96,7 @@ pub struct Compensator {
     navigator: Navigator,
     inputs: Inputs,
     imu_stamps: StreamMonitor,
-    publishers: PublisherCount,
+    publishers: Publishers,
     /// The joints at the newest sample.
     joints: JointSample,
     frame_id: String,
@@ -131,7 +131,7 @@ impl Compensator {
                 calibration: InputWatch::optional(topics::CALIBRATION.name, silence),
             },
             imu_stamps: StreamMonitor::default(),
-            publishers: PublisherCount::default(),
+            publishers: Publishers::default(),
             joints: JointSample {
                 stamp: Stamp::default(),
                 position: [0.0; 2],
@@ -229,9 +229,9 @@ impl Compensator {
         self.navigator.stream().waits_beside()
     }
 
-    /// So many publish on the topic of the samples.
-    pub fn publishers(&mut self, count: usize) {
-        self.publishers.take(topics::IMU_DATA_RAW.name, count);
+    /// The nodes that publish on the topic of the samples.
+    pub fn publishers(&mut self, names: Vec<String>) {
+        self.publishers.take(topics::IMU_DATA_RAW.name, names);
     }
 
     /// A sample; it goes on when its joint state is there.
@@ -442,12 +442,7 @@ impl Compensator {
     /// How the samples come.
     pub fn imu_report(&self) -> Report {
         let counts = self.navigator.stream().counts();
-        samples_report(
-            &self.inputs.imu,
-            &self.imu_stamps,
-            counts,
-            self.publishers.get(),
-        )
+        samples_report(&self.inputs.imu, &self.imu_stamps, counts, &self.publishers)
     }
 
     /// How the joint states come.
@@ -467,11 +462,14 @@ impl Compensator {
             .with("fixes refused", self.inputs.fix.refused())
             .with("velocities", self.inputs.velocity.received())
             .with("velocities refused", self.inputs.velocity.refused());
-        if self.phase == NavigatorPhase::Aligning && self.origin.is_none() {
-            report = report.worsened(Level::Warn, "aligning waits for a valid position on fix");
-        }
+        // What it waits for stands beside what has thrown it back.
+        let mut waiting = Level::Warn;
         if let Some(problem) = &self.problem {
             report = report.worsened(Level::Error, problem);
+            waiting = Level::Error;
+        }
+        if self.navigator.waits_for_position() {
+            report = report.worsened(waiting, "aligning waits for a valid position on fix");
         }
         report
     }

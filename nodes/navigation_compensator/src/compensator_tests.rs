@@ -108,6 +108,31 @@ fn compensation_holds_the_position() {
     assert!((odometry.pose.pose.orientation.z - 0.5f64.sqrt()).abs() < 1e-6);
 }
 
+/// A start from a calibration needs no fix; an alignment does, and says so until one comes, after a jump too.
+#[test]
+fn an_alignment_without_a_fix_is_told() {
+    let mut compensator = compensator(0.0);
+    let waits = |compensator: &Compensator| {
+        format!("{:?}", compensator.navigation_report())
+            .contains("aligning waits for a valid position on fix")
+    };
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    feed(&mut compensator, 10..100);
+    assert_eq!(compensator.phase, NavigatorPhase::Navigating);
+    assert!(!waits(&compensator));
+    // The clock is set back by ten minutes.
+    feed(&mut compensator, -60_000..-59_900);
+    assert_eq!(compensator.phase, NavigatorPhase::Aligning);
+    assert!(waits(&compensator));
+    compensator.fix(&NavSatFix {
+        latitude: LATITUDE_DEG,
+        longitude: 126.6,
+        ..NavSatFix::default()
+    });
+    assert!(!waits(&compensator));
+}
+
 /// A calibration that overtakes its samples starts the navigation all the same, as soon as they are there.
 #[test]
 fn calibration_may_overtake_its_samples() {

@@ -117,7 +117,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         Reference::Measured { .. } => {
             Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
         }
-        Reference::Moored { .. } => None,
+        _ => None,
     };
     let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     watch(&node, &shared);
@@ -151,7 +151,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         {
             // Everything that is there at each wake-up; what the samples need comes first.
             let mut compensator = shared.lock();
-            compensator.publishers(samples.publisher_count());
+            compensator.publishers(samples.publishers());
             let velocities = velocities.iter_mut();
             for velocity in velocities.flat_map(|v| std::iter::from_fn(|| v.try_recv())) {
                 compensator.velocity(&velocity);

@@ -25,6 +25,12 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
             message.phase
         ));
     }
+    let (states, names) = (message.state.len(), message.state_names.len());
+    if states != 0 && states != names {
+        return Err(format!(
+            "length of state is {states}, expected {names}, as many as state_names, or none"
+        ));
+    }
     let q = &message.attitude;
     let record = CalibrationRecord {
         stamp: stamp_from_time(message.header.stamp),
@@ -33,6 +39,10 @@ pub fn calibration(message: &CalibrationMessage) -> Result<Calibration, String> 
         accelerometer_bias_m_s2: message.accelerometer_bias,
         gyroscope_matrix: message.gyroscope_matrix,
         accelerometer_matrix: message.accelerometer_matrix,
+        further: message
+            .named_states()
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect(),
         attitude_xyzw: [q.x, q.y, q.z, q.w],
         position: Position::from_degrees(
             message.latitude_deg,

@@ -28,10 +28,14 @@ pub enum VelocityReference {
     Moored,
     /// Velocities over ground.
     Measured,
+    /// Positions.
+    Position,
+    /// The mooring where the ship lies still, positions where she moves and they come.
+    Auto,
 }
 
 impl VelocityReference {
-    const NAMES: [&str; 2] = ["moored", "measured"];
+    const NAMES: [&str; 4] = ["moored", "measured", "position", "auto"];
 }
 
 impl fmt::Display for VelocityReference {
@@ -47,6 +51,8 @@ impl FromStr for VelocityReference {
         match text {
             "moored" => Ok(Self::Moored),
             "measured" => Ok(Self::Measured),
+            "position" => Ok(Self::Position),
+            "auto" => Ok(Self::Auto),
             other => Err(format!("'{other}' is none of {}", Self::NAMES.join(", "))),
         }
     }
@@ -66,16 +72,20 @@ impl From<Settings> for FilterParameters {
     /// As these settings have it.
     fn from(settings: Settings) -> Self {
         let moored = |reference| match reference {
-            Reference::Moored { sigma_m_s } => Some(sigma_m_s),
-            Reference::Measured { .. } => None,
+            Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => Some(sigma_m_s),
+            Reference::Measured { .. } | Reference::Position { .. } => None,
         };
         let patience = |reference| match reference {
             Reference::Moored { .. } => None,
-            Reference::Measured { patience_s } => Some(patience_s),
+            Reference::Measured { patience_s }
+            | Reference::Position { patience_s }
+            | Reference::Auto { patience_s, .. } => Some(patience_s),
         };
         let velocity_reference = match settings.reference {
             Reference::Moored { .. } => VelocityReference::Moored,
             Reference::Measured { .. } => VelocityReference::Measured,
+            Reference::Position { .. } => VelocityReference::Position,
+            Reference::Auto { .. } => VelocityReference::Auto,
         };
         let reference = settings.reference;
         Self {
@@ -115,6 +125,13 @@ impl FilterParameters {
                 VelocityReference::Measured => Reference::Measured {
                     patience_s: self.velocity_patience_s,
                 },
+                VelocityReference::Position => Reference::Position {
+                    patience_s: self.velocity_patience_s,
+                },
+                VelocityReference::Auto => Reference::Auto {
+                    sigma_m_s: self.moored_sigma_m_s,
+                    patience_s: self.velocity_patience_s,
+                },
             },
             grade: self.grade.into(),
             encoders: self.settings.encoders.filter(|e| e.sigma_rad > 0.0),
@@ -150,7 +167,7 @@ impl FilterParameters {
 
 /// Parameters of what any alignment on samples needs, with the defaults of these settings.
 pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
-    ParameterSet::new("Filter", FilterParameters::from(base))
+    let set = ParameterSet::new("Filter", FilterParameters::from(base))
         .include(axes(), |s| &mut s.settings.turntable)
         .uniform(
             "angle_random_walk_deg_per_sqrt_hour",
@@ -191,16 +208,42 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
             "velocity_reference",
             &VelocityReference::NAMES,
             |s| &mut s.velocity_reference,
-            "What the velocity is held against; moored: the ship's velocity is zero; measured: it comes on aiding/velocity",
+            "What the velocity is held against; moored: it is zero; measured: aiding/velocity; position: fix; auto: moored or position",
         )
         .number(
             "velocity_patience_s",
             Unit::SECOND,
             0.01..=3600.0,
             |s| &mut s.velocity_patience_s,
-            "How much later than its sample, by the stamps, a measured velocity may come",
+            "How much later than its sample, by the stamps, a measured velocity or position may come",
         )
-        .group("Range")
+        .numbers(
+            "antenna_arm_m",
+            Unit::METRE,
+            -1e3..=1e3,
+            |s| s.settings.antenna.arm_m.as_mut_slice(),
+            "Antenna of the positions, from the table's centre: starboard, forward, up",
+        )
+        .number(
+            "antenna_latency_s",
+            Unit::SECOND,
+            -10.0..=10.0,
+            |s| &mut s.settings.antenna.latency_s,
+            "How old a position is at its stamp",
+        )
+        .number(
+            "gate_sigmas",
+            Unit::NONE,
+            1.0..=1e9,
+            |s| &mut s.settings.gate_sigmas,
+            "A measured velocity or position further off than so many sigmas is left out, and counted",
+        );
+    range(set)
+}
+
+/// What the sensors can give.
+fn range(set: ParameterSet<FilterParameters>) -> ParameterSet<FilterParameters> {
+    set.group("Range")
         .number(
             "rate_limit_rad_s",
             Unit::RADIAN_PER_SECOND,

@@ -19,7 +19,7 @@ type Row = (
     &'static str,
 );
 
-const ROWS: [Row; 16] = [
+const ROWS: [Row; 17] = [
     (
         "prior_height_m",
         Unit::METRE,
@@ -97,6 +97,12 @@ const ROWS: [Row; 16] = [
         ARC_SECOND,
         |s| &mut s.encoder_eccentricity_rad,
         "1 sigma of the encoders' eccentricities; negative: by the grade; 0: not estimated",
+    ),
+    (
+        "prior_antenna_arm_m",
+        Unit::METRE,
+        |s| &mut s.antenna_arm_m,
+        "1 sigma of the antenna's arm beyond antenna_arm_m; negative: by the grade; 0: not estimated",
     ),
     (
         "whole_gyroscope_drift_walk_deg_per_hour_sqrt_hour",

@@ -1,5 +1,6 @@
 //! `/diagnostics`: how the node is, part by part, once a second.
 
+use std::cmp::Ordering;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -85,12 +86,20 @@ impl Report {
         found.map(|(_, value)| value.as_str())
     }
 
-    /// Raises the level and adds to the message, where this is worse than before.
+    /// Raises the level, and takes this message where it is worse than before. A fault as bad as the one before is said
+    /// behind it: neither hides the other.
     #[must_use]
     pub fn worsened(mut self, level: Level, message: &str) -> Self {
-        if level > self.level {
-            self.level = level;
-            message.clone_into(&mut self.message);
+        match level.cmp(&self.level) {
+            Ordering::Greater => {
+                self.level = level;
+                message.clone_into(&mut self.message);
+            }
+            Ordering::Equal if level > Level::Ok => {
+                self.message.push_str("; ");
+                self.message.push_str(message);
+            }
+            Ordering::Equal | Ordering::Less => {}
         }
         self
     }
@@ -306,12 +315,16 @@ mod tests {
         assert_eq!(told(true), ["lost"]);
     }
 
-    /// What is only a warning does not hide an error.
+    /// What is only a warning does not hide an error, and of two warnings none hides the other.
     #[test]
     fn worsened_keeps_the_worst() {
         assert_eq!(
             Report::error("a").worsened(Level::Warn, "b"),
             Report::error("a")
+        );
+        assert_eq!(
+            Report::warn("a").worsened(Level::Warn, "b"),
+            Report::warn("a; b")
         );
     }
 }

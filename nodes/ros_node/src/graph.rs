@@ -16,6 +16,8 @@ use rustdds::{
 };
 use tokio::sync::watch;
 
+use crate::node_names::NodeNames;
+
 /// One end of a topic that belongs to us.
 #[derive(Debug, Default)]
 struct Endpoint {
@@ -62,6 +64,7 @@ impl MatchedTopics {
 #[derive(Debug)]
 pub(crate) struct Graph {
     endpoints: Mutex<BTreeMap<GUID, Endpoint>>,
+    node_names: NodeNames,
     changed: watch::Sender<u64>,
 }
 
@@ -69,6 +72,7 @@ impl Graph {
     pub(crate) fn new() -> Arc<Self> {
         Arc::new(Self {
             endpoints: Mutex::default(),
+            node_names: NodeNames::default(),
             changed: watch::Sender::new(0),
         })
     }
@@ -90,6 +94,30 @@ impl Graph {
         self.endpoints()
             .get(&guid)
             .map_or(0, |endpoint| endpoint.matched.len())
+    }
+
+    /// The nodes whose publishers a reader is matched with or hears by its fallback, in the order of their names; one that has
+    /// two publishers stands there twice.
+    pub(crate) fn publishers(&self, reader: GUID) -> Vec<String> {
+        let writers = self.endpoints().get(&reader).map(|endpoint| {
+            let by_fallback = endpoint.fallback.iter().flat_map(|f| f.writers().clone());
+            endpoint
+                .matched
+                .iter()
+                .copied()
+                .chain(by_fallback)
+                .collect()
+        });
+        let writers: Vec<GUID> = writers.unwrap_or_default();
+        let mut names: Vec<String> = writers.into_iter().map(|w| self.node_names.of(w)).collect();
+        names.sort();
+        names
+    }
+
+    /// Changes what is known of the names of nodes.
+    pub(crate) fn tell_nodes(&self, tell: impl FnOnce(&NodeNames)) {
+        tell(&self.node_names);
+        self.changed.send_modify(|count| *count += 1);
     }
 
     /// Topics of the remote ends that ours are matched with.
@@ -169,6 +197,7 @@ impl Graph {
                         .for_each(|endpoint| endpoint.lose(|remote| remote == guid));
                 }
                 Event::ParticipantLost { id, .. } => {
+                    self.node_names.forget(|gone| gone.prefix == *id);
                     endpoints
                         .values_mut()
                         .for_each(|endpoint| endpoint.lose(|remote| remote.prefix == *id));

@@ -55,7 +55,7 @@
 //!
 //! The Spinner of ros2-client is not run: it subscribes `/clock` as another type. What it provides is done here
 //! (matches and incompatibilities from the participant's events), and `ros_discovery_info`, by which tools know the
-//! node's endpoints, is published by ros2-client without it.
+//! node's endpoints, is published by ros2-client without it; what others publish there names them ([`Subscription::publishers`]).
 //!
 //! How much goes through on two cores, and what limits it, is in `THROUGHPUT.md`.
 //!
@@ -86,6 +86,7 @@ mod lifecycle;
 mod logging;
 mod names;
 mod node;
+mod node_names;
 mod overflow;
 mod parameter_file;
 mod parameters;

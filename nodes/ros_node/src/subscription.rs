@@ -13,6 +13,7 @@ use rustdds::{GUID, Topic};
 
 use crate::graph::{Fallback, Graph};
 use crate::lifecycle::Gate;
+use crate::node::spread;
 use crate::qos::{Profile, Qos};
 
 /// Receives messages of one type from one topic; also a [`Stream`] of them that never ends.
@@ -241,6 +242,7 @@ impl<M: Message + 'static> Subscription<M> {
         if self.best_effort.is_some() || self.fallback.writers().is_empty() {
             return;
         }
+        spread();
         let mut node = self.node.lock().unwrap_or_else(PoisonError::into_inner);
         match node.create_subscription(
             &self.dds_topic,
@@ -266,6 +268,12 @@ impl<M: Message + 'static> Subscription<M> {
     /// Number of matched publishers.
     pub fn publisher_count(&self) -> usize {
         self.graph.matched(self.reader.guid()) + self.fallback.writers().len()
+    }
+
+    /// Full names of the nodes of matched publishers, in their order; one with two publishers stands there twice. Of a
+    /// publisher whose participant does not tell its nodes, a phrase with its GID.
+    pub fn publishers(&self) -> Vec<String> {
+        self.graph.publishers(self.reader.guid())
     }
 
     /// Waits until at least `count` reliable publishers are matched; `false` where the time ran out.

@@ -2,13 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use analysis::Calibrator;
 use anyhow::Context;
 use bags::Sample;
 use clap::Args;
 use serde::Serialize;
 use sins::{
-    machines::self_calibration::{Estimate, Event, Phase},
+    machines::self_calibration::{Estimate, Event, Phase, SelfCalibration},
     time::Stamp,
 };
 
@@ -54,7 +53,7 @@ struct Alignment {
 /// Aligns on all samples up to the first turn of the table.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
-    let mut calibrator = Calibrator::new(&options.filter.machine(options.input.turntable()?)?)?;
+    let mut calibrator = SelfCalibration::new(options.filter.machine(options.input.turntable()?)?)?;
     // The last estimate, and the one before it: the last one may already be of a block that turns.
     let mut aligned: [Option<Estimate>; 2] = [None, None];
     let mut first_joints: Option<[f64; 2]> = None;
@@ -73,7 +72,9 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
             } else {
                 false
             };
-            calibrator.push(&sample)?;
+            if let Some(reading) = sample.reading() {
+                calibrator.push(&reading)?;
+            }
             // An IMU without encoders shows by itself that it turns.
             let has_turned =
                 |e: &Estimate| matches!(e.phase, Phase::Calibrating | Phase::Converged);
@@ -100,7 +101,6 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let estimate = match last.filter(is_at_rest).or(before) {
         Some(estimate) => estimate,
         None => calibrator
-            .machine
             .finish()
             .with_context(|| options.input.what_is_missing(&bag))?,
     };

@@ -2,14 +2,21 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use analysis::{Calibrator, Notes};
+use analysis::Notes;
 use anyhow::Context;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use nalgebra::Vector3;
 use serde::Serialize;
 use sins::{
-    machines::self_calibration::{Estimate, Event, Verdict},
+    estimation::groups::{
+        bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT},
+        navigation::{MISALIGNMENT, POSITION, VELOCITY},
+        table::BASE_ATTITUDE,
+        vertical,
+    },
+    estimation::model,
+    machines::self_calibration::{Estimate, Event, ModelChoice, SelfCalibration, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -78,9 +85,14 @@ struct Report {
     nis_upper_bound: f64,
     nis_failures: u64,
     verdict: Verdict,
+    model: &'static str,
     state_names: Vec<String>,
     state: Vec<f64>,
     covariance: Vec<f64>,
+    /// One-sigma before anything was measured; null where nothing was said of a state.
+    prior_std: Vec<Option<f64>>,
+    unobservable: Vec<String>,
+    encoders: String,
     warnings: Vec<String>,
 }
 
@@ -89,10 +101,12 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
-    let mut calibrator = Calibrator::new(&settings)?;
+    let mut calibrator = SelfCalibration::new(settings.clone())?;
     let mut said = 0.0;
     let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
-        calibrator.push(&sample)?;
+        if let Some(reading) = sample.reading() {
+            calibrator.push(&reading)?;
+        }
         while let Some(event) = calibrator.poll() {
             told.event(&event);
             if let Event::Estimate(estimate) = &event
@@ -105,7 +119,6 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         Ok(ControlFlow::Continue(()))
     })?;
     let estimate = calibrator
-        .machine
         .finish()
         .with_context(|| options.input.what_is_missing(&bag))?;
     while let Some(event) = calibrator.poll() {
@@ -124,7 +137,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         calibration_file::write(path, &estimate.calibration(), &source)?;
     }
     if options.json {
-        output::json(&report(&estimate, verdict, notes))?;
+        output::json(&report(&estimate, settings.model, verdict, notes))?;
     } else {
         output::text_line(&text(&estimate, &verdict))?;
     }
@@ -135,7 +148,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     })
 }
 
-fn report(estimate: &Estimate, verdict: Verdict, notes: Notes) -> Report {
+fn report(estimate: &Estimate, model: ModelChoice, verdict: Verdict, notes: Notes) -> Report {
     let (navigation, vehicle, sigma) = (
         &estimate.navigation,
         estimate.vehicle,
@@ -182,11 +195,24 @@ fn report(estimate: &Estimate, verdict: Verdict, notes: Notes) -> Report {
         nis_upper_bound: innovations.window_bound,
         nis_failures: innovations.failures,
         verdict,
+        model: model.name(),
         state_names: estimate.states.states().iter().map(Into::into).collect(),
         state: estimate.states.values().to_vec(),
         covariance: estimate.covariance().row_major(),
+        prior_std: prior(estimate),
+        unobservable: estimate
+            .unobservable()
+            .into_iter()
+            .map(Into::into)
+            .collect(),
+        encoders: estimate.encoders.to_string(),
         warnings: notes.lines,
     }
+}
+
+fn prior(estimate: &Estimate) -> Vec<Option<f64>> {
+    let of = |name| estimate.prior.value(name).filter(|sigma| *sigma > 0.0);
+    estimate.states.states().iter().map(of).collect()
 }
 
 fn short(estimate: &Estimate) -> String {
@@ -246,11 +272,7 @@ fn text(estimate: &Estimate, verdict: &Verdict) -> String {
         let [value, sigma] = degrees;
         table.add_row([name.to_owned(), value, sigma, "deg".to_owned()]);
     }
-    for column in [1, 2] {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    align_right(&mut table, &[1, 2]);
     let counts = &estimate.samples.counts;
     let mut text = format!(
         "{table}\n{} after {:.1} s: {} samples, {} gaps, {} lost, {} refused",
@@ -265,9 +287,64 @@ fn text(estimate: &Estimate, verdict: &Verdict) -> String {
         text.push('\n');
         text.push_str(&left_out);
     }
+    if let Some(further) = further(estimate) {
+        text = format!("{further}\n{text}\n{}", estimate.encoders);
+    }
     for reason in &verdict.reasons {
         text.push_str("\n  ");
         text.push_str(reason);
     }
     text
+}
+
+/// Whether a state stands in the table of every model, or in none because its estimate has been fed back.
+fn is_of_every_model(name: &str) -> bool {
+    let navigation = POSITION.into_iter().chain(VELOCITY).chain(MISALIGNMENT);
+    let vertical = [vertical::HEIGHT, vertical::VELOCITY_UP];
+    navigation
+        .chain(vertical)
+        .chain(BASE_ATTITUDE)
+        .chain(GYROSCOPE_DRIFT)
+        .chain(ACCELEROMETER_BIAS)
+        .any(|known| known == name)
+}
+
+/// What the model has beyond drifts and biases, in field units: what was known before, and the share that has been learned.
+/// `None` where it has nothing more.
+fn further(estimate: &Estimate) -> Option<Table> {
+    let mut table = Table::new();
+    table
+        .load_style(presets::NOTHING)
+        .set_header(["", "estimate", "1 sigma", "", "prior", "learned"]);
+    for name in estimate.states.states().iter() {
+        let Some(label) = model::label(name).filter(|_| !is_of_every_model(name)) else {
+            continue;
+        };
+        let number = |value: Option<f64>| {
+            value.map_or_else(String::new, |value| format!("{:.4}", value / label.scale))
+        };
+        let learned = match estimate.learned(name) {
+            Some(_) if estimate.unobservable().contains(&name) => "not seen".to_owned(),
+            Some(share) => format!("{:.0} %", 100.0 * share),
+            None => String::new(),
+        };
+        table.add_row([
+            label.words.to_owned(),
+            number(estimate.states.value(name)),
+            number(estimate.states.sigma(name)),
+            label.unit.to_owned(),
+            number(estimate.prior.value(name)),
+            learned,
+        ]);
+    }
+    align_right(&mut table, &[1, 2, 4, 5]);
+    (table.row_count() > 0).then_some(table)
+}
+
+fn align_right(table: &mut Table, columns: &[usize]) {
+    for column in columns {
+        if let Some(column) = table.column_mut(*column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
 }

@@ -10,7 +10,7 @@ use std::{
 use anyhow::{Context, ensure};
 use bags::{Bag, Selection};
 use clap::Args;
-use ros_node::{Node, NodeBuilder, Payload, Publisher, Qos, SENSOR_DEPTH};
+use ros_node::{Node, NodeBuilder, Payload, Publisher, PublisherStatistics, Qos, SENSOR_DEPTH};
 use ros2_interfaces::{builtin_interfaces::Time, rosgraph_msgs::Clock};
 use rotary_sins_msgs::interfaces::topics::CLOCK;
 
@@ -128,13 +128,9 @@ pub fn run(options: &Options, ros_arguments: Vec<String>) -> anyhow::Result<Exit
     let bag = Bag::open(&options.bag)?;
     bag.warnings().iter().for_each(output::note);
     let builder = NodeBuilder::new("rotary_sins_player").about("plays a bag");
-    Ok(ros_node::run_with(ros_arguments, builder, |node| async {
-        let node = node;
-        // The end of the process is asked for at any time and waits for nothing here.
-        tokio::select! {
-            result = play(&node, &bag, options) => result,
-            () = node.shutdown() => Ok(()),
-        }
+    Ok(ros_node::run_with(ros_arguments, builder, |node| {
+        let bag = &bag;
+        async move { play(&node, bag, options).await }
     }))
 }
 
@@ -151,40 +147,59 @@ async fn play(node: &Node, bag: &Bag, options: &Options) -> anyhow::Result<()> {
     let selection = selection(bag, options)?;
     let mut player = Player::new(node, bag, &selection, options)?;
     node.set_ready();
-    player.wait(options).await?;
-    loop {
-        player.once(&selection, options).await?;
-        if !options.repeat {
-            break;
-        }
+    // The end of the process may be asked for at any time; what was sent until then is told all the same.
+    let is_whole = tokio::select! {
+        result = player.play(&selection, options) => result.map(|()| true)?,
+        () = node.shutdown() => false,
+    };
+    player.sum_up()?;
+    if !is_whole {
+        output::note("ended before the end of the bag");
     }
-    tokio::time::sleep(AFTERWARDS).await;
-    let sent: u64 = player
-        .publishers
-        .iter()
-        .flatten()
-        .map(|publisher| publisher.statistics().published())
-        .sum();
-    let dropped: u64 = player
-        .publishers
-        .iter()
-        .flatten()
-        .map(|publisher| publisher.statistics().dropped())
-        .sum();
-    output::note(format!("{}: {sent} messages sent", bag.path().display()));
-    if player.unplayable > 0 {
-        output::note(format!(
-            "{} messages are no little-endian CDR and were left out",
-            player.unplayable
-        ));
-    }
-    ensure!(
-        dropped == 0,
-        "{dropped} messages were dropped, because a subscriber did not take them"
-    );
     Ok(())
 }
 
+impl Player<'_> {
+    /// All of it, once subscribers are there.
+    async fn play(&mut self, selection: &Selection, options: &Options) -> anyhow::Result<()> {
+        self.wait(options).await?;
+        loop {
+            self.once(selection, options).await?;
+            if !options.repeat {
+                break;
+            }
+        }
+        tokio::time::sleep(AFTERWARDS).await;
+        Ok(())
+    }
+
+    /// Says what was sent; what was dropped is an error.
+    fn sum_up(&self) -> anyhow::Result<()> {
+        let count = |of: fn(&PublisherStatistics) -> u64| -> u64 {
+            let publishers = self.publishers.iter().flatten();
+            publishers
+                .map(|publisher| of(&publisher.statistics()))
+                .sum()
+        };
+        let sent = count(PublisherStatistics::published);
+        let dropped = count(PublisherStatistics::dropped);
+        output::note(format!(
+            "{}: {sent} messages sent",
+            self.bag.path().display()
+        ));
+        if self.unplayable > 0 {
+            output::note(format!(
+                "{} messages are no little-endian CDR and were left out",
+                self.unplayable
+            ));
+        }
+        ensure!(
+            dropped == 0,
+            "{dropped} messages were dropped, because a subscriber did not take them"
+        );
+        Ok(())
+    }
+}
 /// Which topics and times.
 fn selection(bag: &Bag, options: &Options) -> anyhow::Result<Selection> {
     let has = || {

@@ -22,7 +22,11 @@ use rotary_sins_msgs::known_type;
 use sins::time::Stamp;
 use tokio::{sync::mpsc, task::JoinSet};
 
-use crate::{output, simulate::Packing};
+use crate::{
+    ament_types::{self, Definition},
+    output,
+    simulate::Packing,
+};
 
 /// Between two lines while the end of the bag is being written.
 const SLOW: Duration = Duration::from_secs(2);
@@ -147,6 +151,7 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
         wanted,
         tasks: JoinSet::new(),
         seen: BTreeMap::new(),
+        refused: BTreeSet::new(),
         depth: options.depth,
     };
     let ended = async {
@@ -231,50 +236,92 @@ struct Recorder {
     tasks: JoinSet<(String, u64)>,
     /// Topics with their types, as they were first seen.
     seen: BTreeMap<String, String>,
+    /// Topics with other types of theirs, which are not recorded.
+    refused: BTreeSet<(String, String)>,
     /// Messages of a topic that the middleware keeps.
     depth: usize,
 }
 
 impl Recorder {
     /// Subscribes to what is wanted as it turns up; never ends by itself.
+    ///
+    /// All topics that are there are subscribed first: a reader keeps what comes from then on, so that no topic misses a message
+    /// because the bag is told of another one. What was published before a reader was matched can only be had of transient local
+    /// topics; that is a matter of DDS.
     async fn follow(&mut self) -> anyhow::Result<()> {
         loop {
+            let mut subscribed = Vec::new();
             for publisher in self.node.discovered_publishers() {
                 if self.wanted.has(&publisher.topic) {
-                    self.subscribe(&publisher).await?;
+                    subscribed.extend(self.subscribe(publisher)?);
                 }
+            }
+            for (publisher, subscription) in subscribed {
+                self.begin(&publisher, subscription).await?;
             }
             tokio::time::sleep(LOOK).await;
         }
     }
 
-    async fn subscribe(&mut self, publisher: &DiscoveredPublisher) -> anyhow::Result<()> {
+    /// A subscription of what has not been seen before.
+    fn subscribe(
+        &mut self,
+        publisher: DiscoveredPublisher,
+    ) -> anyhow::Result<Option<(DiscoveredPublisher, Subscription<Payload>)>> {
+        let DiscoveredPublisher {
+            topic, type_name, ..
+        } = &publisher;
+        match self.seen.get(topic) {
+            Some(first) if first == type_name => return Ok(None),
+            Some(first) => {
+                if self.refused.insert((topic.clone(), type_name.clone())) {
+                    tracing::warn!(
+                        "{topic}: published as {type_name} too; only {first} is recorded"
+                    );
+                }
+                return Ok(None);
+            }
+            None => self.seen.insert(topic.clone(), type_name.clone()),
+        };
+        let qos = Qos {
+            transient_local: publisher.transient_local,
+            ..Qos::reliable(self.depth)
+        };
+        let subscription = self.node.raw_subscription(topic, type_name, qos)?;
+        Ok(Some((publisher, subscription)))
+    }
+
+    /// Tells the bag of a topic, and starts the task that hands its messages over.
+    async fn begin(
+        &mut self,
+        publisher: &DiscoveredPublisher,
+        subscription: Subscription<Payload>,
+    ) -> anyhow::Result<()> {
         let DiscoveredPublisher {
             topic,
             type_name,
             reliable,
             transient_local,
         } = publisher;
-        match self.seen.get(topic) {
-            Some(first) if first == type_name => return Ok(()),
-            Some(first) => {
-                tracing::warn!("{topic}: published as {type_name} too; only {first} is recorded");
-                return Ok(());
-            }
-            None => self.seen.insert(topic.clone(), type_name.clone()),
-        };
-        let qos = Qos {
-            transient_local: *transient_local,
-            ..Qos::reliable(self.depth)
-        };
-        let subscription = self.node.raw_subscription(topic, type_name, qos)?;
         let offered = Qos {
             depth: if *transient_local { 10 } else { 1000 },
             reliable: *reliable,
             transient_local: *transient_local,
             lifespan: None,
         };
-        let new_topic = NewTopic::named(topic, type_name, vec![offered]);
+        let mut new_topic = NewTopic::named(topic, type_name, vec![offered]);
+        if new_topic.schema.is_none() {
+            match ament_types::find(type_name) {
+                Ok(Definition { schema, hash }) => {
+                    new_topic.schema = Some(schema);
+                    new_topic.type_hash = hash;
+                }
+                Err(why) => tracing::warn!(
+                    "{topic}: recorded without the definition of {type_name}, so that only who has it can read the \
+                     messages: {why}"
+                ),
+            }
+        }
         let (reply, answer) = tokio::sync::oneshot::channel();
         if self
             .orders

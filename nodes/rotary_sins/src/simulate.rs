@@ -294,6 +294,7 @@ impl Output {
         let truth = Calibration::ground_truth(
             plant.now(),
             &simulator.sensor_errors(),
+            &plant.settings().table_errors,
             plant.attitude(),
             plant.ship(),
         );

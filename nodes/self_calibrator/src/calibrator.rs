@@ -4,13 +4,13 @@
 use std::path::Path;
 use std::time::Duration;
 
-use imu_input::{PublisherCount, samples_report};
+use imu_input::{Publishers, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::convert::{
-    FromMessage, position_from_fix, stamp_from_time, velocity_from_twist,
+    FromMessage, fix_from_message, stamp_from_time, velocity_from_twist,
 };
 use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
@@ -50,7 +50,7 @@ pub struct Calibrator {
     source: String,
     inputs: Inputs,
     imu_stamps: StreamMonitor,
-    publishers: PublisherCount,
+    publishers: Publishers,
     frame_id: String,
     /// The newest estimate of the running filter; none before it runs.
     latest: Option<Estimate>,
@@ -87,7 +87,7 @@ impl Calibrator {
                 velocity: InputWatch::required(topics::AIDING_VELOCITY.name, silence),
             },
             imu_stamps: StreamMonitor::default(),
-            publishers: PublisherCount::default(),
+            publishers: Publishers::default(),
             frame_id: "imu_link".to_owned(),
             latest: None,
             good: None,
@@ -106,8 +106,8 @@ impl Calibrator {
         self.inputs.fix.arrived(1);
         if let Some((kind, reason)) = translation::refusal(fix) {
             self.inputs.fix.refuse(kind, reason);
-        } else if let Some(position) = position_from_fix(fix)
-            && let Err(error) = self.machine.push_position(position)
+        } else if let Some(fix) = fix_from_message(fix)
+            && let Err(error) = self.machine.push_fix(fix)
         {
             self.inputs.fix.refuse("off the globe", error);
         }
@@ -139,9 +139,9 @@ impl Calibrator {
         }
     }
 
-    /// So many publish on the topic of the samples.
-    pub fn publishers(&mut self, count: usize) {
-        self.publishers.take(topics::IMU_DATA_RAW.name, count);
+    /// The nodes that publish on the topic of the samples.
+    pub fn publishers(&mut self, names: Vec<String>) {
+        self.publishers.take(topics::IMU_DATA_RAW.name, names);
     }
 
     /// A sample. Says what it gives to publish: mostly nothing, once a second an estimate.
@@ -468,7 +468,7 @@ impl Calibrator {
             &self.inputs.imu,
             &self.imu_stamps,
             samples.counts,
-            self.publishers.get(),
+            &self.publishers,
         )
     }
 

@@ -86,7 +86,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         Reference::Measured { .. } => {
             Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
         }
-        Reference::Moored { .. } => None,
+        _ => None,
     };
     let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     serve(&node, &shared, &publishers, &given.calibration_file)?;
@@ -113,7 +113,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             }
             _ = ticks.tick() => {
                 let mut calibrator = shared.lock();
-                calibrator.publishers(samples.publisher_count());
+                calibrator.publishers(samples.publishers());
                 action.take_requests(&mut calibrator);
                 while let Some(message) = joints.try_recv() {
                     calibrator.joints(&message);

@@ -79,6 +79,7 @@ mod tests {
     use sins::estimation::state::NamedCovariance;
     use sins::machines::self_calibration::{Calibration as Calibrated, Phase};
     use sins::sensor::SensorErrors;
+    use sins::table::TableErrors;
 
     use super::*;
 
@@ -102,6 +103,7 @@ mod tests {
             stamp: Stamp::default(),
             phase: Phase::Converged,
             errors: SensorErrors::default(),
+            table: TableErrors::default(),
             attitude: UnitQuaternion::identity(),
             position: Position::from_degrees(45.0, 126.6, 0.0),
             covariance: NamedCovariance::from_sigmas(GYROSCOPE_DRIFT.map(|name| (name, 1e-6)))

@@ -2,15 +2,16 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use rotary_sins_msgs::convert::{header, row_major};
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::estimation::groups::navigation::MISALIGNMENT;
+use sins::estimation::groups::scale::{ACCELEROMETER_SCALE_FACTOR, GYROSCOPE_SCALE_FACTOR};
 use sins::estimation::state::StateList;
-use sins::machines::self_calibration::{Estimate, NOT_KNOWN, Phase, SampleReport};
+use sins::machines::self_calibration::{Estimate, NOT_KNOWN, Phase, SampleReport, named_errors};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of a phase in messages.
@@ -37,6 +38,7 @@ pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate 
         state: estimate.states.values().to_vec(),
         covariance: covariance.row_major(),
         std: covariance.sigmas(),
+        prior_std: prior(estimate),
         gyroscope_drift: estimate.gyroscope_drift().into(),
         gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
         accelerometer_bias: estimate.accelerometer_bias().into(),
@@ -101,6 +103,9 @@ pub fn calibration(
     let sigma = |name: &str| result.covariance.sigma(name).unwrap_or(NOT_KNOWN);
     // Zeros where nothing is known, as the message has it.
     let misalignment: Matrix3<f64> = result.covariance.block(&MISALIGNMENT).unwrap_or_default();
+    let states = States::of(result);
+    let [gyroscopes, accelerometers] = MATRICES
+        .map(|matrix| std::array::from_fn(|element| matrix[element].map_or(NOT_KNOWN, sigma)));
     Calibration {
         header: header(result.stamp, frame_id),
         valid: result.phase != Phase::Inconsistent,
@@ -110,22 +115,85 @@ pub fn calibration(
         accelerometer_bias: result.errors.accelerometer_bias.into(),
         accelerometer_bias_std: ACCELEROMETER_BIAS.map(sigma),
         gyroscope_matrix: row_major(&result.errors.gyroscope_matrix),
-        gyroscope_matrix_std: [NOT_KNOWN; 9],
+        gyroscope_matrix_std: gyroscopes,
         accelerometer_matrix: row_major(&result.errors.accelerometer_matrix),
-        accelerometer_matrix_std: [NOT_KNOWN; 9],
+        accelerometer_matrix_std: accelerometers,
         attitude: result.attitude.into(),
         attitude_covariance: row_major(&misalignment),
         latitude_deg: result.position.latitude_rad.to_degrees(),
         longitude_deg: result.position.longitude_rad.to_degrees(),
         height_m: result.position.height_m,
-        state_names: names(result.covariance.states()),
-        covariance: result.covariance.row_major(),
+        state_names: states.names,
+        state: states.values,
+        covariance: states.covariance,
         phase: phase_number(result.phase),
         nis_mean: estimate.map_or(NOT_KNOWN, |estimate| estimate.innovations.window_mean),
         samples: result.samples,
         gaps: result.gaps,
         duration: estimate.map_or(NOT_KNOWN, |estimate| estimate.duration_s),
         source: source.to_owned(),
+    }
+}
+
+/// The states of the matrices K_g and K_a, row by row; none above the diagonal of K_a.
+const MATRICES: [[Option<&str>; 9]; 2] = [
+    [
+        Some(GYROSCOPE_SCALE_FACTOR[0]),
+        Some("gyroscope_installation_xy_rad"),
+        Some("gyroscope_installation_xz_rad"),
+        Some("gyroscope_installation_yx_rad"),
+        Some(GYROSCOPE_SCALE_FACTOR[1]),
+        Some("gyroscope_installation_yz_rad"),
+        Some("gyroscope_installation_zx_rad"),
+        Some("gyroscope_installation_zy_rad"),
+        Some(GYROSCOPE_SCALE_FACTOR[2]),
+    ],
+    [
+        Some(ACCELEROMETER_SCALE_FACTOR[0]),
+        None,
+        None,
+        Some("accelerometer_installation_yx_rad"),
+        Some(ACCELEROMETER_SCALE_FACTOR[1]),
+        None,
+        Some("accelerometer_installation_zx_rad"),
+        Some("accelerometer_installation_zy_rad"),
+        Some(ACCELEROMETER_SCALE_FACTOR[2]),
+    ],
+];
+
+/// The states of a calibration as its message has them: those of its covariance, then errors that it has without a covariance.
+struct States {
+    names: Vec<String>,
+    values: Vec<f64>,
+    covariance: Vec<f64>,
+}
+
+impl States {
+    fn of(result: &sins::machines::self_calibration::Calibration) -> Self {
+        let errors = named_errors(&result.errors, &result.table);
+        let known = &result.covariance;
+        let mut names = names(known.states());
+        let value = |name: &str| errors.iter().find(|(of, _)| *of == name).map(|(_, v)| *v);
+        let mut values: Vec<f64> = names.iter().map(|n| value(n).unwrap_or(0.0)).collect();
+        for (name, value) in &errors {
+            if *value != 0.0 && known.position(name).is_none() {
+                names.push((*name).to_owned());
+                values.push(*value);
+            }
+        }
+        let (few, all) = (known.states().len(), names.len());
+        let covariance = if few == 0 {
+            Vec::new()
+        } else {
+            DMatrix::resize(known.matrix().transpose(), all, all, 0.0)
+                .as_slice()
+                .to_vec()
+        };
+        Self {
+            names,
+            values,
+            covariance,
+        }
     }
 }
 
@@ -154,6 +222,11 @@ pub fn refusal(fix: &NavSatFix) -> Option<(&'static str, String)> {
                 format!("{name} is {value}, expected a finite number"),
             )
         })
+}
+
+fn prior(estimate: &Estimate) -> Vec<f64> {
+    let of = |name| estimate.prior.value(name).unwrap_or_default();
+    estimate.states.states().iter().map(of).collect()
 }
 
 fn names(states: &StateList) -> Vec<String> {

@@ -1,14 +1,14 @@
 //! A filter whose model is chosen while the program runs: for whoever drives it, nothing is generic.
 
-use super::filter::{Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
+use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
 use super::groups::table::TableEstimate;
 use super::measurement::{Outcome, UpdateCounts};
-use super::model::{Model, Paper, PaperFilter, Whole, WholeFilter};
+use super::model::{Inertial, InertialFilter, Model, Paper, PaperFilter, Whole, WholeFilter};
 use super::state::{NamedCovariance, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::compensation::Compensation;
-use crate::sensor::{Increment, SensorErrors};
+use crate::sensor::{Increment, NoiseDensity, PositionMeasurement, SensorErrors};
 
 /// The filter of one of the models.
 #[derive(Clone, Debug)]
@@ -17,6 +17,8 @@ pub enum AnyFilter {
     Paper(Box<PaperFilter>),
     /// Of the whole sensor.
     Whole(Box<WholeFilter>),
+    /// Of the whole sensor, for free-inertial navigation.
+    Inertial(Box<InertialFilter>),
 }
 
 impl From<PaperFilter> for AnyFilter {
@@ -31,6 +33,12 @@ impl From<WholeFilter> for AnyFilter {
     }
 }
 
+impl From<InertialFilter> for AnyFilter {
+    fn from(filter: InertialFilter) -> Self {
+        Self::Inertial(Box::new(filter))
+    }
+}
+
 /// Passes methods on to the filter, whichever it is. Each is the one of [`ErrorFilter`] of the same name.
 macro_rules! pass_on {
     ($($(#[$attribute:meta])* $method:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
@@ -41,6 +49,7 @@ macro_rules! pass_on {
                 match self {
                     Self::Paper(filter) => filter.$method($($argument),*),
                     Self::Whole(filter) => filter.$method($($argument),*),
+                    Self::Inertial(filter) => filter.$method($($argument),*),
                 }
             }
         )*
@@ -53,6 +62,7 @@ macro_rules! pass_on {
                 match self {
                     Self::Paper(filter) => filter.$method($($argument),*),
                     Self::Whole(filter) => filter.$method($($argument),*),
+                    Self::Inertial(filter) => filter.$method($($argument),*),
                 }
             }
         )*
@@ -65,6 +75,7 @@ impl AnyFilter {
         compensation() -> &Compensation;
         sensor_errors() -> SensorErrors;
         table() -> &TableEstimate;
+        noise() -> &NoiseDensity;
         estimate() -> StateEstimate;
         named_covariance() -> NamedCovariance;
         counts() -> UpdateCounts;
@@ -81,6 +92,7 @@ impl AnyFilter {
         step() -> Result<(), Error>;
         update_velocity(measurement: &VelocityMeasurement, gate: Option<f64>) -> [Outcome; 2];
         update_vertical_velocity(up_m_s: f64, sigma_m_s: f64, gate: Option<f64>) -> [Outcome; 1];
+        update_position(measurement: &PositionMeasurement, age_s: f64, arm: &AntennaArm, gate: Option<f64>) -> [Outcome; 3];
         update_encoders(reading: &EncoderReading, gate: Option<f64>) -> [Outcome; 3];
         set_base_walk(walk_rad_sqrt_s: f64);
         forget_base();
@@ -105,6 +117,7 @@ impl AnyFilter {
         match self {
             Self::Paper(filter) => of(filter, name),
             Self::Whole(filter) => of(filter, name),
+            Self::Inertial(filter) => of(filter, name),
         }
     }
 
@@ -113,6 +126,9 @@ impl AnyFilter {
         match self {
             Self::Paper(_) => <Paper as Model<{ Paper::M }, { Paper::N }>>::VELOCITY_UP.is_some(),
             Self::Whole(_) => <Whole as Model<{ Whole::M }, { Whole::N }>>::VELOCITY_UP.is_some(),
+            Self::Inertial(_) => {
+                <Inertial as Model<{ Inertial::M }, { Inertial::N }>>::VELOCITY_UP.is_some()
+            }
         }
     }
 }

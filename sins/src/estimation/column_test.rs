@@ -4,6 +4,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::filter::{ErrorFilter, Loop};
+use super::groups::antenna::Antenna;
 use super::groups::arms::AccelerometerArms;
 use super::groups::bias::Bias;
 use super::groups::delay::AccelerometerDelay;
@@ -110,6 +111,7 @@ impl Example for Whole {
                 encoder_zero_rad: 3e-4,
                 encoder_eccentricity_rad: 4e-5,
             },
+            antenna: Antenna { arm_m: 1.0 },
             base: BaseAttitude {
                 walk_rad_sqrt_s: 0.0,
             },

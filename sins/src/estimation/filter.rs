@@ -12,11 +12,11 @@ use super::model::{Model, Paper};
 use super::state::{NamedCovariance, Shown, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
-use crate::sensor::Increment;
 use crate::sensor::compensation::{Compensation, Compensator};
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::NoiseDensity;
 pub use crate::sensor::velocity::VelocityMeasurement;
+use crate::sensor::{Increment, PositionMeasurement};
 use crate::table::{TableErrors, Turntable};
 
 /// Initial one-sigma of the paper's states.
@@ -83,6 +83,15 @@ pub struct EncoderReading {
     pub sigma_rad: f64,
     /// One-sigma about the axis across both joints, about which nothing turns: how the axes wobble \[rad\].
     pub wobble_sigma_rad: f64,
+}
+
+/// Where the antenna of a position is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AntennaArm {
+    /// From the table's centre, in the axes that the block has at zero joints: starboard, forward, up \[m\].
+    pub from_table_centre_m: Vector3<f64>,
+    /// Turns those axes into n.
+    pub ship: UnitQuaternion<f64>,
 }
 
 /// Whether estimated errors go back into the mechanization after every update.
@@ -154,6 +163,13 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     #[must_use]
     pub fn with_table(mut self, errors: TableErrors) -> Self {
         self.table.errors = errors;
+        self
+    }
+
+    /// Begins with what was known of the antenna's arm beyond what was told.
+    #[must_use]
+    pub fn with_antenna(mut self, arm_m: Vector3<f64>) -> Self {
+        self.table.antenna_arm_m = arm_m;
         self
     }
 
@@ -295,6 +311,72 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         self.update(&[Measurement::new(Row::unit(row), error, sigma_m_s.powi(2)).gated(gate)])
     }
 
+    /// Measures where the antenna is: z = (p + C_v^n l) − p̃ in metres east, north and, with a vertical channel and a known
+    /// sigma, up; l is the antenna's arm in the ship, what has been found of it added, and `ship` how she stands (v to n). An error φ of the attitude turns the arm
+    /// by −φ × (C l). A position that is older than the state by `age_s` is carried on by the velocity. Where any component lies
+    /// beyond the gate none is taken.
+    pub fn update_position(
+        &mut self,
+        measurement: &PositionMeasurement,
+        age_s: f64,
+        arm: &AntennaArm,
+        gate: Option<f64>,
+    ) -> [Outcome; 3] {
+        let state = self.strapdown.state();
+        let earth = self.strapdown.earth();
+        let lever = arm.ship * (arm.from_table_centre_m + self.table.antenna_arm_m);
+        let ship = arm.ship.to_rotation_matrix().into_inner();
+        let there = measurement.position;
+        let scale = [
+            earth.transverse_radius_m * earth.cos_latitude,
+            earth.meridian_radius_m,
+        ];
+        let here = &state.position;
+        let apart = Vector3::new(
+            (here.longitude_rad - there.longitude_rad) * scale[0],
+            (here.latitude_rad - there.latitude_rad) * scale[1],
+            here.height_m - there.height_m,
+        );
+        let error = apart + lever - state.velocity * age_s;
+        let turned = lever.cross_matrix();
+        let height = G::VELOCITY_UP.map(|up| up - 1);
+        let rows = [
+            Some((navigation::LONGITUDE, scale[0])),
+            Some((navigation::LATITUDE, scale[1])),
+            height.map(|height| (height, 1.0)),
+        ];
+        let measurements: [Option<Measurement<N>>; 3] = std::array::from_fn(|axis| {
+            let sigma = measurement.sigma_m[axis];
+            let direct = rows[axis].filter(|_| sigma > 0.0)?;
+            let by_attitude =
+                (0..3).map(|k| (navigation::MISALIGNMENT_EAST + k, turned[(axis, k)]));
+            let by_arm = G::ANTENNA
+                .into_iter()
+                .flat_map(|first| (0..3).map(move |k| (first + k, -ship[(axis, k)])));
+            let row = Row::new(std::iter::once(direct).chain(by_attitude).chain(by_arm));
+            Some(Measurement::new(row, error[axis], sigma * sigma))
+        });
+        let beyond = measurements.iter().flatten().find_map(|measurement| {
+            let innovation = self.kalman.innovation(measurement)?;
+            gate.filter(|gate| innovation.normalized_squared() > *gate)
+                .map(|_| innovation)
+        });
+        let mut outcomes = measurements.map(|measurement| match (measurement, beyond) {
+            (None, _) => Outcome::Refused,
+            (Some(_), Some(innovation)) => Outcome::Gated(innovation),
+            (Some(measurement), None) => self.kalman.update(&measurement),
+        });
+        if self.feedback == Loop::Closed && !self.feed_back() {
+            outcomes = [Outcome::Refused; 3];
+        }
+        for (outcome, row) in outcomes.iter().zip(rows) {
+            if row.is_some() {
+                self.counts.count(outcome);
+            }
+        }
+        outcomes
+    }
+
     /// Measures by the encoders how the block stands in the base: z = C_n^b (ψ − φ) + D x, about the outer axis, the inner
     /// one and the one across, with the table's errors x and D their derivatives
     /// ([`AttitudeDerivatives`](crate::table::AttitudeDerivatives)). The first reading says how the base stands. A filter
@@ -371,6 +453,11 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             self.set_base_walk(0.0);
             self.shown = shown::<G, M, N>(self.kalman.covariance());
         }
+    }
+
+    /// White noise of the sensors.
+    pub fn noise(&self) -> &NoiseDensity {
+        &self.noise
     }
 
     /// What has been found of the table and its base.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::filter::InitialUncertainty;
+use super::groups::antenna::Antenna;
 use super::groups::arms::AccelerometerArms;
 use super::groups::bias::Bias;
 use super::groups::delay::AccelerometerDelay;
@@ -153,6 +154,8 @@ pub struct GroupPriors {
     pub encoder_zero_rad: f64,
     /// Sine and cosine of the encoders' eccentricities \[rad\].
     pub encoder_eccentricity_rad: f64,
+    /// Components of the antenna's arm, beyond what was told of it \[m\].
+    pub antenna_arm_m: f64,
     /// Walk of the gyroscope drifts, density \[rad/s/√s\].
     pub gyroscope_drift_walk_rad_s_sqrt_s: f64,
     /// Walk of the accelerometer biases, density \[m/s²/√s\].
@@ -179,6 +182,7 @@ impl Default for GroupPriors {
             inner_axis_tilt_rad: 60.0 * ARC_SECOND,
             encoder_zero_rad: 60.0 * ARC_SECOND,
             encoder_eccentricity_rad: 10.0 * ARC_SECOND,
+            antenna_arm_m: 10.0,
             gyroscope_drift_walk_rad_s_sqrt_s: 1e-4 * DEG_PER_HOUR / hour,
             accelerometer_bias_walk_m_s2_sqrt_s: 0.1 * MICRO_G / hour,
             turn_noise: 0.0,
@@ -202,6 +206,7 @@ impl GroupPriors {
         inner_axis_tilt_rad: -1.0,
         encoder_zero_rad: -1.0,
         encoder_eccentricity_rad: -1.0,
+        antenna_arm_m: -1.0,
         gyroscope_drift_walk_rad_s_sqrt_s: -1.0,
         accelerometer_bias_walk_m_s2_sqrt_s: -1.0,
         turn_noise: -1.0,
@@ -219,7 +224,7 @@ impl GroupPriors {
         self
     }
 
-    fn values_mut(&mut self) -> [&mut f64; 16] {
+    fn values_mut(&mut self) -> [&mut f64; 17] {
         [
             &mut self.height_m,
             &mut self.gyroscope_scale_factor,
@@ -234,6 +239,7 @@ impl GroupPriors {
             &mut self.inner_axis_tilt_rad,
             &mut self.encoder_zero_rad,
             &mut self.encoder_eccentricity_rad,
+            &mut self.antenna_arm_m,
             &mut self.gyroscope_drift_walk_rad_s_sqrt_s,
             &mut self.accelerometer_bias_walk_m_s2_sqrt_s,
             &mut self.turn_noise,
@@ -284,6 +290,9 @@ impl GroupPriors {
                 encoder_zero_rad: self.encoder_zero_rad,
                 encoder_eccentricity_rad: self.encoder_eccentricity_rad,
             },
+            antenna: Antenna {
+                arm_m: self.antenna_arm_m,
+            },
             base: BaseAttitude {
                 walk_rad_sqrt_s: 0.0,
             },
@@ -291,7 +300,7 @@ impl GroupPriors {
     }
 
     /// Every one-sigma with its name, as settings and refusals name it.
-    pub fn named(&self) -> [(&'static str, f64); 16] {
+    pub fn named(&self) -> [(&'static str, f64); 17] {
         [
             ("height_m", self.height_m),
             ("gyroscope_scale_factor", self.gyroscope_scale_factor),
@@ -324,6 +333,7 @@ impl GroupPriors {
             ("inner_axis_tilt_rad", self.inner_axis_tilt_rad),
             ("encoder_zero_rad", self.encoder_zero_rad),
             ("encoder_eccentricity_rad", self.encoder_eccentricity_rad),
+            ("antenna_arm_m", self.antenna_arm_m),
             (
                 "gyroscope_drift_walk_rad_s_sqrt_s",
                 self.gyroscope_drift_walk_rad_s_sqrt_s,

@@ -29,6 +29,9 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
     /// Whether its states are the attitude of the table's base.
     const OF_BASE: bool = false;
 
+    /// Whether its states are the antenna's arm.
+    const OF_ANTENNA: bool = false;
+
     /// What it gathers between two covariance steps at the rate of the samples, such as ∫C dt.
     type Gathered: Copy + Default + std::fmt::Debug;
 

@@ -289,6 +289,20 @@ impl<const N: usize> Kalman<N> {
         Ok(())
     }
 
+    /// What a scalar measurement would bring; `None` where its numbers are none.
+    pub fn innovation(&self, measurement: &Measurement<N>) -> Option<Innovation> {
+        let mut variance = measurement.variance;
+        for (state, coefficient) in measurement.row.entries() {
+            for (other, factor) in measurement.row.entries() {
+                variance += coefficient * factor * self.covariance[(other, state)];
+            }
+        }
+        let value = measurement.value - measurement.row.product(&self.state);
+        let innovation = Innovation { value, variance };
+        (value.is_finite() && variance.is_finite() && variance >= f64::MIN_POSITIVE)
+            .then_some(innovation)
+    }
+
     /// Updates with a scalar measurement.
     ///
     /// Joseph form, P ← (I − K h) P (I − K h)ᵀ + K r Kᵀ with K = P hᵀ / (h P hᵀ + r), as three products of rank one.

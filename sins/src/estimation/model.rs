@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::filter::ErrorFilter;
 use super::group::{Coupling, Group, Interval, Span};
+use super::groups::antenna::Antenna;
 use super::groups::arms::AccelerometerArms;
 use super::groups::bias::Bias;
 use super::groups::delay::AccelerometerDelay;
@@ -16,7 +17,7 @@ use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
 use super::groups::table::{BaseAttitude, Table, TableEstimate};
 use super::groups::vertical::Vertical;
 use super::kalman::Dynamics;
-use super::state::{NamedCovariance, StateLabel, StateList};
+use super::state::{NamedCovariance, StateLabel, StateList, StateValues};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
@@ -35,6 +36,8 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     const TABLE: Option<usize>;
     /// Where the attitude of the table's base begins, where it is among the groups.
     const BASE: Option<usize>;
+    /// Where the antenna's arm begins, where it is among the groups.
+    const ANTENNA: Option<usize>;
     /// What the groups gather.
     type Gathered: Copy + Default + std::fmt::Debug;
 
@@ -69,6 +72,11 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     fn initial_covariance(&self, place: &NavigationState) -> SMatrix<f64, N, N> {
         let sigma = self.prior(place);
         SMatrix::from_diagonal(&sigma.component_mul(&sigma))
+    }
+
+    /// One-sigma of all states before anything is measured, with their names.
+    fn named_prior(&self, place: &NavigationState) -> StateValues {
+        StateValues::of(Self::LIST, &self.prior(place))
     }
 
     /// A covariance over this model's states with their names.
@@ -191,6 +199,10 @@ macro_rules! model {
                 $((<$moving_group as Group>::OF_BASE, <$moving_group as Group>::SIZE),)+
                 $((<$group_type as Group>::OF_BASE, <$group_type as Group>::SIZE),)*
             ]);
+            const ANTENNA: Option<usize> = first_of(&[
+                $((<$moving_group as Group>::OF_ANTENNA, <$moving_group as Group>::SIZE),)+
+                $((<$group_type as Group>::OF_ANTENNA, <$group_type as Group>::SIZE),)*
+            ]);
             type Gathered = $gathered;
 
             fn prior(&self, place: &NavigationState) -> SVector<f64, { $model::N }> {
@@ -286,7 +298,7 @@ model! {
 }
 
 model! {
-    /// The whole sensor on the whole table: 56 states.
+    /// The whole sensor on the whole table, and the antenna: 60 states.
     Whole, gathers WholeGathered, filter WholeFilter:
     moving { navigation: Navigation, vertical: Vertical }
     parameters {
@@ -298,7 +310,38 @@ model! {
         g_sensitivity: GyroscopeGSensitivity,
         delay: AccelerometerDelay,
         table: Table,
+        antenna: Antenna,
         base: BaseAttitude,
+    }
+}
+
+model! {
+    /// The whole sensor for free-inertial navigation: no vertical channel, which diverges by itself, and no table: 44.
+    Inertial, gathers InertialGathered, filter InertialFilter:
+    moving { navigation: Navigation }
+    parameters {
+        bias: Bias,
+        gyroscope_matrix: GyroscopeMatrix,
+        accelerometer_matrix: AccelerometerMatrix,
+        quadratic: AccelerometerQuadratic,
+        arms: AccelerometerArms,
+        g_sensitivity: GyroscopeGSensitivity,
+        delay: AccelerometerDelay,
+    }
+}
+
+impl From<Whole> for Inertial {
+    fn from(whole: Whole) -> Self {
+        Self {
+            navigation: whole.navigation,
+            bias: whole.bias,
+            gyroscope_matrix: whole.gyroscope_matrix,
+            accelerometer_matrix: whole.accelerometer_matrix,
+            quadratic: whole.quadratic,
+            arms: whole.arms,
+            g_sensitivity: whole.g_sensitivity,
+            delay: whole.delay,
+        }
     }
 }
 

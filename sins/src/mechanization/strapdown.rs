@@ -49,7 +49,7 @@ impl IncrementCorrector {
             angle,
             velocity,
         } = *increment;
-        // (1 − cos α)/α² and (α − sin α)/α³: at 10 Hz and 5 deg/s the second term is 6 ug of gravity, and a vertical channel
+        // (1 − cos α)/α² and (α − sin α)/α³: at 10 Hz and 5 deg/s the second order is 13 ug of gravity, and a vertical channel
         // would take it for an error of the sensors.
         let squared = angle.norm_squared();
         let once = angle.cross(&velocity);

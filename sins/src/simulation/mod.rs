@@ -15,6 +15,7 @@ mod grade;
 mod imu;
 mod named_truth;
 mod plant;
+mod readings;
 mod run;
 mod ship;
 mod simulator;

@@ -8,8 +8,8 @@
 //!    patience is counted by the samples' own stamps, never by a clock.
 //!
 //! An **epoch** is a stretch of time without a break. What belongs to one (the sample before, the readings of the joints) is
-//! one value that is made anew when an epoch begins; nothing is cleared by hand. Positions do not pass through here: a position
-//! has no time for the machines, only the newest counts.
+//! one value that is made anew when an epoch begins; nothing is cleared by hand. Positions pass through where they are measured
+//! against; for the place of an alignment only the newest counts, which has no need of order.
 //!
 //! ```
 //! use sins::{Stamp, sensor::ImuSample, stream::{Item, Stream, StreamSettings}};
@@ -45,32 +45,35 @@ pub mod joint_history;
 mod lane;
 pub mod order;
 pub mod plausibility;
+mod reading;
 
 use counts::{Refused, StreamCounts};
 use joint_history::JointHistory;
 use lane::Lane;
 use order::{EpochCause, Follows, Ordered, StampOrder};
 use plausibility::{SensorRange, Sieve, Sifted};
+pub use reading::Reading;
 
 use crate::error::Error;
-use crate::sensor::{ImuSample, Increment, VelocityMeasurement};
+use crate::sensor::{ImuSample, Increment, PositionMeasurement, VelocityMeasurement};
 use crate::table::JointSample;
 use crate::time::{Stamp, seconds_to_nanos};
 
 /// How long a sample behind a hole waits for the joint state of its time, by the stamps \[s\].
 const HOLE_PATIENCE_S: f64 = 2.0;
-/// A hole longer than this ends an epoch, whatever the encoders say \[s\].
-const LONGEST_TOLD_HOLE_S: f64 = 3600.0;
-
 /// Settings of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
     /// A longer hole begins an epoch, unless the joints tell the turn in it \[s\].
     pub longest_bridge_s: f64,
+    /// A longer hole begins an epoch, whatever the joints tell \[s\].
+    pub longest_told_hole_s: f64,
     /// How much later than a sample its joint state may come \[s\]; 0: only samples behind a hole wait.
     pub joint_patience_s: f64,
     /// How much later than a sample its velocity may come \[s\]; none: velocities are left aside.
     pub velocity_patience_s: Option<f64>,
+    /// How much later than a sample its position may come \[s\]; none: positions are left aside.
+    pub position_patience_s: Option<f64>,
     /// What the sensors can give.
     pub range: SensorRange,
 }
@@ -79,8 +82,10 @@ impl Default for StreamSettings {
     fn default() -> Self {
         Self {
             longest_bridge_s: 5.0,
+            longest_told_hole_s: 3600.0,
             joint_patience_s: 0.0,
             velocity_patience_s: None,
+            position_patience_s: None,
             range: SensorRange::default(),
         }
     }
@@ -110,6 +115,15 @@ pub struct Hole {
     pub turned: Option<TableTurn>,
 }
 
+/// A position, and how the table stood at the end of its interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionAt {
+    /// The position.
+    pub measurement: PositionMeasurement,
+    /// Angles (outer, inner) \[rad\]; zero where no joint state has come.
+    pub angles: [f64; 2],
+}
+
 /// One interval between two samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
@@ -119,6 +133,8 @@ pub struct Interval {
     pub increment: Increment,
     /// The last velocity at or before its end that has not been handed out.
     pub velocity: Option<VelocityMeasurement>,
+    /// The last position at or before its end that has not been handed out.
+    pub position: Option<Box<PositionAt>>,
     /// Where samples are missing in it.
     pub hole: Option<Box<Hole>>,
 }
@@ -154,6 +170,7 @@ pub struct Stream {
     order: StampOrder<ImuSample>,
     joints: Lane<JointSample>,
     velocities: Lane<VelocityMeasurement>,
+    positions: Lane<PositionMeasurement>,
     epoch: Epoch,
     newest: Option<Stamp>,
     ended: bool,
@@ -172,6 +189,7 @@ impl Stream {
             order: StampOrder::default(),
             joints: Lane::default(),
             velocities: Lane::default(),
+            positions: Lane::default(),
             epoch: Epoch::default(),
             newest: None,
             ended: false,
@@ -227,6 +245,18 @@ impl Stream {
         }
         if self.settings.velocity_patience_s.is_some() {
             self.velocities.push(stamp, measurement);
+        }
+        Ok(())
+    }
+
+    /// Takes a position, where positions are asked for and it says how well it knows.
+    ///
+    /// # Errors
+    /// As [`Position::checked`](crate::earth::Position::checked); the position is left out.
+    pub fn push_position(&mut self, measurement: PositionMeasurement) -> Result<(), Error> {
+        measurement.position.checked()?;
+        if self.settings.position_patience_s.is_some() && measurement.is_measured() {
+            self.positions.push(measurement.stamp, measurement);
         }
         Ok(())
     }
@@ -302,7 +332,9 @@ impl Stream {
     /// Counts of everything so far.
     pub fn counts(&self) -> StreamCounts {
         StreamCounts {
-            side_refused: self.joints.refused() + self.velocities.refused(),
+            side_refused: self.joints.refused()
+                + self.velocities.refused()
+                + self.positions.refused(),
             ..self.order.counts()
         }
     }
@@ -322,23 +354,32 @@ impl Stream {
         if self.joints.is_alive() && !self.joints.covers(stamp) && patient(joint_patience_s) {
             return true;
         }
-        let velocity_patience_s = self.settings.velocity_patience_s;
-        velocity_patience_s.is_some_and(|patience_s| {
-            !self.velocities.covers(stamp)
-                && (0..=seconds_to_nanos(patience_s)).contains(&age_nanos)
-        })
+        let within = |patience_s: f64| (0..=seconds_to_nanos(patience_s)).contains(&age_nanos);
+        let waits = |patience_s: Option<f64>, covered: bool| {
+            patience_s.is_some_and(|patience_s| !covered && within(patience_s))
+        };
+        waits(
+            self.settings.velocity_patience_s,
+            self.velocities.covers(stamp),
+        ) || (self.positions.is_alive()
+            && waits(
+                self.settings.position_patience_s,
+                self.positions.covers(stamp),
+            ))
     }
 
     fn begin(&mut self, sample: ImuSample, cause: EpochCause) -> Item {
         if matches!(cause, EpochCause::SetBack { .. }) {
             self.joints.begin_epoch();
             self.velocities.begin_epoch();
+            self.positions.begin_epoch();
             self.epoch = Epoch::default();
         }
         self.epoch.previous = Some(sample);
         self.take_joints(sample.stamp);
         // A velocity of before the first interval belongs to none.
         while self.velocities.pop_until(sample.stamp).is_some() {}
+        while self.positions.pop_until(sample.stamp).is_some() {}
         Item::Epoch { sample, cause }
     }
 
@@ -356,7 +397,7 @@ impl Stream {
             sigma_rad: from.1.hypot(to.1),
         });
         let longest_s = if turned.is_some() {
-            LONGEST_TOLD_HOLE_S
+            self.settings.longest_told_hole_s
         } else {
             self.settings.longest_bridge_s
         };
@@ -384,6 +425,13 @@ impl Stream {
         while let Some((_, next)) = self.velocities.pop_until(sample.stamp) {
             velocity = Some(next);
         }
+        let mut position = None;
+        while let Some((_, measurement)) = self.positions.pop_until(sample.stamp) {
+            position = Some(Box::new(PositionAt {
+                measurement,
+                angles: self.epoch.joints.angles_at(sample.stamp),
+            }));
+        }
         let (mut rate, mut force) = (sample.angular_rate, sample.specific_force);
         let hole = hole.and_then(|(lost, turned)| {
             let before = self.epoch.previous?;
@@ -402,6 +450,7 @@ impl Stream {
             stamp: sample.stamp,
             increment: Increment::from_averages(interval_s, &rate, &force),
             velocity,
+            position,
             hole,
         };
         Item::Interval(interval, sample)

@@ -205,6 +205,10 @@ fn the_sequencer_moves_a_table_in_rclpy(python: &Path) {
     assert_eq!(obey["time"], 1);
     assert_eq!(found["pause"], json!({"paused": true, "resumed": true}));
     assert_eq!(found["never cancelled"], 1);
+    assert_eq!(
+        found["late"],
+        json!({"aborted": true, "goals_until_then": 0})
+    );
     for (way, reason) in [
         (
             "fail",
@@ -268,7 +272,7 @@ fn sequencer_and_simulator_by_action() {
 }
 
 /// Every way in which a SelfCalibrate goal ends: refused, by its time limit with the last good calibration, by another
-/// scheme, converged, cancelled with the calibrator going on.
+/// scheme, converged, cancelled with the calibrator going on, by a cleanup of its node.
 fn rclpy_asks_for_a_calibration(python: &Path) {
     let mut scene = Scene::new("action_calibrate");
     scene.start(
@@ -278,15 +282,21 @@ fn rclpy_asks_for_a_calibration(python: &Path) {
             .parameter("innovation_window_updates", "20"),
     );
     scene.start(&Program::new("scheme_sequencer").parameter("dwell_s", "20.0"));
-    let mut simulator = scene.start_apart(
-        &Program::new("imu_simulator")
-            .parameter("imu_rate_hz", "20.0")
-            .parameter("speed", "40.0"),
-    );
+    let samples = Program::new("imu_simulator")
+        .parameter("imu_rate_hz", "20.0")
+        .parameter("speed", "40.0");
+    let mut simulator = scene.start_apart(&samples);
     let found = Peer::new(python, "self_calibrate.py").ask();
     simulator.interrupt();
     let silent = Peer::new(python, "self_calibrate.py").arg("silent").ask();
+    let mut simulator = scene.start_apart(&samples);
+    let cleaned_up = Peer::new(python, "self_calibrate.py").arg("cleanup").ask();
+    simulator.interrupt();
     scene.end();
+
+    // A goal in the midst of which its node is cleaned up has not converged, whatever a default of the result would say.
+    assert_eq!(cleaned_up["status"], ABORTED, "{cleaned_up}");
+    assert_eq!(cleaned_up["result"]["code"], 4, "{cleaned_up}");
 
     assert_eq!(silent["status"], ABORTED, "{silent}");
     assert_eq!(silent["result"]["code"], 5);

@@ -26,8 +26,9 @@ fn a_running_calibration_is_shown() {
                 .parameter("speed", "100.0"),
         );
         // Standard output is a file: a page a second.
-        let mut pages =
-            scene.start_apart(&Program::new("rotary-sins").label("pages").arg("monitor"));
+        let picture = scene.folder().join("monitor.svg");
+        let pages = Program::new("rotary-sins").label("pages").arg("monitor");
+        let mut pages = scene.start_apart(&pages.arg("--picture").arg(&picture));
         calibrator.wait_for_line("-> fine_alignment");
         let answer = rotary_sins(&["monitor", "--once"]).expect_status(0);
         for words in [
@@ -59,5 +60,10 @@ fn a_running_calibration_is_shown() {
         pages.wait_for_line("NO DATA for");
         pages.interrupt();
         assert!(!pages.log().contains("panicked"));
+        // The page of its end, as a picture.
+        let picture = std::fs::read_to_string(picture).unwrap();
+        for words in ["<svg ", "NO DATA for", "gyro drift x"] {
+            assert!(picture.contains(words), "no '{words}' in\n{picture}");
+        }
     });
 }

@@ -46,6 +46,27 @@ fn wait_for_the_last(
     })
 }
 
+/// A replay that is ended by Ctrl-C says what was sent until then, and ends well.
+#[test]
+fn a_replay_that_is_ended_says_what_was_sent() {
+    let bag = sample("eight_position");
+    isolated(|| {
+        let scene = Scene::new("play_ended");
+        let listener = Listener::new();
+        let samples = listener.hear::<Imu>("/imu/data_raw", Qos::sensor());
+        let mut player = scene.play(&bag, 1.0, 1);
+        samples.wait_for("a sample", |_| true);
+        player.interrupt();
+        let log = player.log();
+        let sent = log.lines().find_map(|line| {
+            let words = line.strip_suffix(" messages sent")?;
+            words.rsplit(' ').next()?.parse::<usize>().ok()
+        });
+        assert!(sent.is_some_and(|sent| sent > 0), "{log}");
+        assert!(log.contains("ended before the end of the bag"), "{log}");
+    });
+}
+
 /// Every drift and bias within 3.5 of its own sigmas of the truth beside the bag.
 fn assert_converged(estimate: &SelfCalibrationEstimate, truth: &Value) {
     assert_eq!(estimate.phase_name, "converged");

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use ros_node::Qos;
+use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, each_distribution, isolated, peer_python};
+use suite_tests::{Listener, Peer, Program, Scene, each_distribution, isolated, peer_python};
 
 /// Of rcl_interfaces/msg/ParameterType.
 const PARAMETER_DOUBLE: u8 = 3;
@@ -13,6 +15,7 @@ each_distribution!(
     rclpy_pauses_and_resumes_the_scheme,
     rclpy_uses_the_parameter_services,
     rclpy_turns_the_table,
+    publishers_of_samples_are_told_by_name,
 );
 
 fn simulator() -> Program {
@@ -226,4 +229,88 @@ fn cyclone_dds_reads_the_samples() {
         assert!((number(&answer["linear_acceleration_z"]) - 9.807).abs() < 0.01);
         assert_eq!(answer["intervals_ns"], json!([10_000_000]));
     });
+}
+
+/// Two nodes of ours and one of rclpy, best effort and one of two in its process, publish on the topic of the samples: log and
+/// diagnostics name all three.
+fn publishers_of_samples_are_told_by_name(python: &Path) {
+    const NAMED: &str =
+        "3 publishers, expected one (/imu_simulator, /second_simulator, /ship/imu_driver)";
+    let mut scene = Scene::new("publishers_by_name");
+    let diagnostics = Listener::new();
+    let diagnostics = diagnostics.hear::<DiagnosticArray>("/diagnostics", Qos::reliable(100));
+    let mut calibrator = scene.start_apart(&Program::new("self_calibrator"));
+    let mut compensator = scene.start_apart(&Program::new("navigation_compensator"));
+    scene.start(&simulator());
+    scene.start(
+        &simulator()
+            .label("second_simulator")
+            .remap("__node", "second_simulator"),
+    );
+    let _driver = scene.start_apart(Peer::new(python, "imu_driver.py").program());
+    for node in [&mut calibrator, &mut compensator] {
+        node.wait_for_line(&format!("imu/data_raw: {NAMED}"));
+    }
+    for node in ["self_calibrator", "navigation_compensator"] {
+        diagnostics.wait_for(node, |array| {
+            let mut of_node = array.status.iter().filter(|s| s.name.starts_with(node));
+            of_node.any(|status| status.message.contains(NAMED))
+        });
+    }
+    scene.end();
+}
+
+/// By each distribution; the libraries that read the bag are of the newest one's environment.
+mod foreign_types_are_recorded_with_their_definition {
+    use super::{isolated, peer_python};
+
+    fn recorded_from(distribution: &str) {
+        if let (Some(publisher), Some(reader)) = (peer_python(distribution), peer_python("kilted"))
+        {
+            isolated(|| super::foreign_types(&publisher, &reader));
+        }
+    }
+
+    #[test]
+    fn kilted() {
+        recorded_from("kilted");
+    }
+
+    #[test]
+    fn jazzy() {
+        recorded_from("jazzy");
+    }
+}
+
+/// A topic of a type that only the ROS 2 beside us has is recorded with the definition from its prefix, which readers of others
+/// decode it by; where there is no prefix, the recorder says what is missing.
+fn foreign_types(python: &Path, reader: &Path) {
+    let scene = Scene::new("foreign_types");
+    let prefix = python.ancestors().nth(2).unwrap().to_str().unwrap();
+    let recorder = |label: &str, prefix: &str| {
+        let program = Program::new("rotary-sins")
+            .label(label)
+            .args("record /scan --output");
+        let program = program.arg(scene.folder().join(label));
+        scene.start_apart(&program.environment("AMENT_PREFIX_PATH", prefix))
+    };
+    let mut with = recorder("with_prefix", prefix);
+    let mut without = recorder("without_prefix", "");
+    let mut lidar = scene.start_apart(Peer::new(python, "scan.py").arg("2").program());
+    lidar.wait_for_line("the scan has arrived");
+    for recorder in [&mut with, &mut without] {
+        recorder.wait_for_line("recording /scan");
+        recorder.interrupt();
+    }
+    let missing = "/scan: recorded without the definition of sensor_msgs/msg/LaserScan";
+    assert!(without.log().contains(missing), "{}", without.log());
+    assert!(!with.log().contains(missing), "{}", with.log());
+    let read = Peer::new(reader, "read_bag.py")
+        .arg(scene.folder().join("with_prefix"))
+        .arg("10")
+        .ask();
+    let scan = &read["/scan"]["messages"][0];
+    assert_eq!(read["/scan"]["count"], 1);
+    assert_eq!(scan["header"]["frame_id"], "text 3");
+    assert_eq!(scan["ranges"], json!([11.25, 12.25]));
 }

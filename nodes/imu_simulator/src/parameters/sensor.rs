@@ -9,6 +9,8 @@ use sins::earth::STANDARD_GRAVITY_M_S2;
 use sins::simulation::{ImuErrorSettings, PlantSettings};
 use sins::units;
 
+use super::Settings;
+
 const MICRO_G_PER_G2: Unit = Unit::new(
     "ug/g^2",
     units::MICRO_G / (STANDARD_GRAVITY_M_S2 * STANDARD_GRAVITY_M_S2),
@@ -193,7 +195,8 @@ fn wandering(set: ParameterSet<ImuErrorSettings>) -> ParameterSet<ImuErrorSettin
 
 /// What is wrong with the table.
 pub fn table_errors() -> ParameterSet<PlantSettings> {
-    ParameterSet::new("Table errors", PlantSettings::default())
+    // A set that is included brings its defaults along: of the whole plant, those are the node's, its start among them.
+    ParameterSet::new("Table errors", Settings::default().simulator.plant)
         .number(
             "table_nonorthogonality_arcsec",
             ARC_SECOND,

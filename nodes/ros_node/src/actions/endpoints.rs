@@ -10,7 +10,7 @@ use super::ActionPart;
 use super::client::ActionClient;
 use super::server::ActionServer;
 use crate::error::{Error, Result};
-use crate::node::{Node, type_parts};
+use crate::node::{Node, spread, type_parts};
 use crate::qos::{Profile, Qos, SERVICE};
 
 impl Node {
@@ -109,6 +109,8 @@ impl Node {
         let dds_name = Name::parse(&name).map_err(|error| failed(error.to_string()))?;
         let (package, kind) = type_parts(type_name, "action").map_err(failed)?;
         let kind = ActionTypeName::new(package, kind);
+        // Only in front of the first part: ros2-client makes all eight in one call, whose parts nobody else can put together.
+        spread();
         let end =
             create(&mut self.ros(), &dds_name, &kind).map_err(|error| failed(error.to_string()))?;
         Ok((end, name))

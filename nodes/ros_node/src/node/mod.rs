@@ -149,6 +149,7 @@ impl Node {
             let peers = environment.static_peers.clone();
             node.spawn(crate::discovery::announce(participant.clone(), peers));
         }
+        crate::node_names::follow(&node, &participant)?;
         node.spawn(Arc::clone(&node.shared.graph).follow(participant));
         if ros_args.rosout {
             node.start_rosout()?;
@@ -376,4 +377,4 @@ async fn end(tasks: Vec<JoinHandle<()>>) {
     }
 }
 
-pub(crate) use endpoints::type_parts;
+pub(crate) use endpoints::{spread, type_parts};

@@ -1,6 +1,7 @@
 //! Parameters: declared once, with everything that a person or a tool wants to know of them.
 
 mod declaration;
+mod kinds;
 mod print;
 mod services;
 mod set;

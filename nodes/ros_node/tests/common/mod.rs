@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use ros_node::{Node, NodeBuilder, Parameter};
 
-/// Longest time that anything may take.
-pub const LONG: Duration = Duration::from_secs(15);
+/// Longest time that anything is waited for: it only ends what would never end.
+pub const LONG: Duration = Duration::from_secs(600);
 
 /// Runs a program where no other participant can be heard.
 pub fn isolated(program: &PathBuf, arguments: &[&str]) -> Command {

@@ -1,10 +1,12 @@
 //! `rotary-sins monitor`: how the calibration goes, on one page of a terminal.
 
 mod draw;
+mod picture;
 mod state;
 
 use std::{
     io::IsTerminal,
+    path::{Path, PathBuf},
     process::ExitCode,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
@@ -40,6 +42,9 @@ pub struct Options {
     /// How long --once waits
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     timeout: f64,
+    /// Write the page as a picture (SVG) when the monitor ends
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
 }
 
 /// Runs until q, Ctrl-C or a signal. `ros_arguments` are those behind `--ros-args`, with it.
@@ -82,14 +87,27 @@ async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
         },
     )?;
     node.set_ready();
-    if options.once {
-        return once(&node, &state, timeout).await;
+    let shown = show_pages(&node, &state, options.once.then_some(timeout)).await;
+    if let Some(file) = &options.picture {
+        draw_picture(&locked(&state), file)?;
+    }
+    shown
+}
+
+/// Until the end: once, a page a second, or on the terminal.
+async fn show_pages(
+    node: &Node,
+    state: &Arc<Mutex<MonitorState>>,
+    once_within: Option<Duration>,
+) -> anyhow::Result<()> {
+    if let Some(timeout) = once_within {
+        return once(node, state, timeout).await;
     }
     if !std::io::stdout().is_terminal() {
-        return lines(&node, &state).await;
+        return lines(node, state).await;
     }
     // Reading keys blocks; the node listens meanwhile on its own threads.
-    let own = node.clone();
+    let (own, state) = (node.clone(), Arc::clone(state));
     let shown = tokio::task::spawn_blocking(move || {
         let mut terminal = ratatui::try_init().context("the terminal")?;
         let result = show(&mut terminal, &own, &state);
@@ -167,6 +185,16 @@ async fn lines(node: &Node, state: &Mutex<MonitorState>) -> anyhow::Result<()> {
             }
         }
     }
+}
+
+/// The page on 80 × 24 as SVG.
+fn draw_picture(state: &MonitorState, file: &Path) -> anyhow::Result<()> {
+    let mut terminal = Terminal::new(TestBackend::new(80, 24)).context("the page")?;
+    terminal
+        .draw(|frame| page(frame, state, Instant::now(), Look { colour: true }))
+        .context("the page")?;
+    let picture = picture::svg(terminal.backend().buffer());
+    std::fs::write(file, picture).with_context(|| file.display().to_string())
 }
 
 fn text(state: &MonitorState) -> anyhow::Result<String> {

@@ -15,6 +15,20 @@ pub const GYROSCOPE_G_SENSITIVITY: [&str; 3] = [
     "gyroscope_g_sensitivity_zz_rad_s_per_m_s2",
 ];
 
+/// Names of all elements of G_g, row by row: gyroscope, axis of the specific force. Those across the axes are carried, not
+/// estimated.
+pub const GYROSCOPE_G_SENSITIVITIES: [&str; 9] = [
+    GYROSCOPE_G_SENSITIVITY[0],
+    "gyroscope_g_sensitivity_xy_rad_s_per_m_s2",
+    "gyroscope_g_sensitivity_xz_rad_s_per_m_s2",
+    "gyroscope_g_sensitivity_yx_rad_s_per_m_s2",
+    GYROSCOPE_G_SENSITIVITY[1],
+    "gyroscope_g_sensitivity_yz_rad_s_per_m_s2",
+    "gyroscope_g_sensitivity_zx_rad_s_per_m_s2",
+    "gyroscope_g_sensitivity_zy_rad_s_per_m_s2",
+    GYROSCOPE_G_SENSITIVITY[2],
+];
+
 /// What is known before of the g-sensitivities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroscopeGSensitivity {

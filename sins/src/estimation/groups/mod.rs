@@ -1,5 +1,6 @@
 //! The groups of error states, a file each.
 
+pub mod antenna;
 pub mod arms;
 pub mod bias;
 pub mod delay;

@@ -10,13 +10,15 @@ use crate::mechanization::strapdown::NavigationState;
 use crate::table::TableErrors;
 use crate::units::ARC_SECOND;
 
-/// What has been found of the table: its errors, and how its base stands.
+/// What has been found of the table and of what is fixed in the ship: the table's errors, how its base stands, the antenna's arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TableEstimate {
     /// Errors of axes and encoders.
     pub errors: TableErrors,
     /// Attitude of the base: turns the axes that the block has at zero joints into n. None until encoders have been used.
     pub base: Option<UnitQuaternion<f64>>,
+    /// What is to be added to the antenna's arm as it was told, in the ship: starboard, forward, up \[m\].
+    pub antenna_arm_m: Vector3<f64>,
 }
 
 /// What is known before of the table.

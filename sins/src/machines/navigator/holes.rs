@@ -2,10 +2,11 @@
 
 use super::{Navigator, NavigatorEvent, Stage};
 use crate::machines::unseen_motion::Passage;
+use crate::sensor::ImuSample;
 use crate::stream::Interval;
 
 impl Navigator {
-    pub(super) fn navigate(&mut self, interval: &Interval) {
+    pub(super) fn navigate(&mut self, interval: &Interval, sample: &ImuSample) {
         let passage = self.passage(interval);
         if let Some(passage) = &passage {
             self.events.push_back(NavigatorEvent::HoleCrossed {
@@ -19,12 +20,12 @@ impl Navigator {
         };
         let advanced = channels
             .iter_mut()
-            .try_for_each(|channel| channel.advance(interval, passage.as_ref()));
+            .try_for_each(|channel| channel.advance(interval, sample, passage.as_ref()));
         if let Err(error) = advanced {
             // Numbers that are none do not come back.
             self.fail(interval.stamp, &error);
-            if let Some((calibration, compensation)) = self.calibration.clone()
-                && let Err(error) = self.align(&calibration, &compensation)
+            if let Some(calibration) = self.calibration.clone()
+                && let Err(error) = self.align(&calibration)
             {
                 self.fail(interval.stamp, &error);
                 self.stage = Stage::Waiting;

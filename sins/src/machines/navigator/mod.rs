@@ -28,7 +28,6 @@ pub use solution::{NavigatorOutput, Solution};
 use crate::earth::Position;
 use crate::error::Error;
 use crate::machines::self_calibration::{Calibration, Estimator};
-use crate::sensor::compensation::Compensation;
 use crate::sensor::{ImuSample, VelocityMeasurement};
 use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};
@@ -64,6 +63,7 @@ impl Stage {
 /// use sins::machines::navigator::{Navigator, NavigatorEvent, NavigatorSettings};
 /// use sins::machines::self_calibration::{Calibration, Phase};
 /// use sins::sensor::{ImuSample, SensorErrors};
+/// use sins::table::TableErrors;
 /// use sins::Stamp;
 ///
 /// let place = Position::from_degrees(45.0, 126.6, 0.0);
@@ -77,6 +77,7 @@ impl Stage {
 ///             stamp: stamp(90),
 ///             phase: Phase::Converged,
 ///             errors: SensorErrors::default(),
+///             table: TableErrors::default(),
 ///             attitude: UnitQuaternion::identity(),
 ///             position: place,
 ///             covariance: NamedCovariance::from_sigmas([("gyroscope_drift_x_rad_s", 1e-9)])?,
@@ -111,7 +112,7 @@ pub struct Navigator {
     /// Samples of late, for a calibration that arrives after them; each with the interval that it ends.
     history: VecDeque<(ImuSample, Option<Interval>)>,
     position: Option<Position>,
-    calibration: Option<(Calibration, Compensation)>,
+    calibration: Option<Calibration>,
     /// A calibration of a time whose samples are still to come.
     early: Option<Calibration>,
     stage: Stage,
@@ -143,6 +144,11 @@ impl Navigator {
     /// Where it stands.
     pub fn phase(&self) -> NavigatorPhase {
         self.stage.phase()
+    }
+
+    /// Whether its alignment cannot begin, because no position has come: that of a calibration is of the time of the calibration.
+    pub fn waits_for_position(&self) -> bool {
+        self.phase() == NavigatorPhase::Aligning && self.position.is_none()
     }
 
     /// The stream of its samples: counts, what waits, the joints.
@@ -228,8 +234,8 @@ impl Navigator {
                 cause,
             });
         }
-        if let Some((calibration, compensation)) = self.calibration.clone()
-            && let Err(error) = self.align(&calibration, &compensation)
+        if let Some(calibration) = self.calibration.clone()
+            && let Err(error) = self.align(&calibration)
         {
             self.events.push_back(NavigatorEvent::AlignmentFailed {
                 stamp: sample.stamp,
@@ -247,7 +253,7 @@ impl Navigator {
             Stage::Waiting => {}
             Stage::Aligning(_) => self.continue_alignment(interval, sample),
             Stage::Navigating(_) => {
-                self.navigate(&interval);
+                self.navigate(&interval, sample);
                 output = self.output(sample);
             }
         }

@@ -17,7 +17,8 @@ pub struct NavigatorSettings {
     pub start_from_calibration: bool,
     /// How much later than a sample its joint state may come \[s\].
     pub joint_patience_s: f64,
-    /// A longer hole in the samples begins an alignment, unless the encoders tell the turn in it (then an hour does) \[s\].
+    /// A longer hole in the samples begins an alignment, whatever the encoders tell: they know what the table turned, nothing of
+    /// what the ship did \[s\].
     pub longest_hole_s: f64,
     /// A ship that is slower than this, by its own solution, lies at her mooring \[m/s\].
     pub moored_speed_m_s: f64,
@@ -60,9 +61,11 @@ impl NavigatorSettings {
 
     /// The settings of the stream that it takes its samples from.
     pub fn stream(&self) -> StreamSettings {
+        let longest_s = self.longest_hole_s.max(self.alignment.restart_gap_s);
         StreamSettings {
             joint_patience_s: self.joint_patience_s,
-            longest_bridge_s: self.longest_hole_s.max(self.alignment.restart_gap_s),
+            longest_bridge_s: longest_s,
+            longest_told_hole_s: longest_s,
             ..self.alignment.stream()
         }
     }

@@ -5,12 +5,15 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::{Navigator, Stage};
 use crate::earth::rotation::base_link_to_block;
 use crate::error::Error;
-use crate::estimation::filter::Loop;
-use crate::estimation::model::{Model, Paper, PaperFilter};
+use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::filter::{ErrorFilter, Loop};
+use crate::estimation::grade::Grade;
+use crate::estimation::model::{Inertial, Model, Paper};
 use crate::estimation::state::NamedCovariance;
-use crate::machines::self_calibration::default_noise;
+use crate::machines::self_calibration::{ModelChoice, default_noise};
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::compensation::Compensator;
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::stream::Interval;
@@ -48,17 +51,51 @@ pub struct NavigatorOutput {
 /// One mechanization with its covariance.
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
-    pub(super) filter: PaperFilter,
+    pub(super) filter: AnyFilter,
+    /// Takes the sensor errors out of the samples that are handed on.
+    compensator: Compensator,
+    /// The newest sample without its errors: angular rate \[rad/s\] and specific force \[m/s²\].
+    sensed: [Vector3<f64>; 2],
     /// That of the filter, shared by the solutions until the next step.
     covariance: NamedCovariance,
 }
 
 impl Channel {
+    fn new(filter: AnyFilter) -> Self {
+        Self {
+            compensator: Compensator::new(*filter.compensation()),
+            sensed: [Vector3::zeros(); 2],
+            covariance: filter.named_covariance(),
+            filter,
+        }
+    }
+
+    /// Takes out something else from the next sample on.
+    pub(super) fn set_sensor_errors(&mut self, errors: &SensorErrors) -> Result<(), Error> {
+        self.filter.set_sensor_errors(errors)?;
+        self.compensator.set(*self.filter.compensation());
+        Ok(())
+    }
+
+    /// Goes over an interval, which ends with a sample.
     pub(super) fn advance(
         &mut self,
         interval: &Interval,
+        sample: &ImuSample,
         passage: Option<&Passage>,
     ) -> Result<(), Error> {
+        if passage.is_some() {
+            // The sample follows what nobody saw.
+            self.compensator.forget();
+        }
+        self.sensed = self
+            .compensator
+            .averages(
+                interval.increment.interval_s,
+                &sample.angular_rate,
+                &sample.specific_force,
+            )
+            .into();
         let mut changed = passage.is_some();
         match passage {
             Some(Passage::Held(crossing)) => {
@@ -80,12 +117,9 @@ impl Channel {
         Ok(())
     }
 
-    pub(super) fn solution(&self, table: &UnitQuaternion<f64>, sample: &ImuSample) -> Solution {
+    pub(super) fn solution(&self, table: &UnitQuaternion<f64>) -> Solution {
         let navigation = *self.filter.navigation();
-        let (angular_rate, specific_force) = self
-            .filter
-            .compensation()
-            .apply(&sample.angular_rate, &sample.specific_force);
+        let [angular_rate, specific_force] = self.sensed;
         Solution {
             navigation,
             base_link: navigation.attitude * table.inverse() * base_link_to_block(),
@@ -94,6 +128,31 @@ impl Channel {
             covariance: self.covariance.clone(),
         }
     }
+}
+
+/// The model that a covariance speaks of: the paper's, or the whole one where it holds more of the sensors.
+pub(super) fn model_of(covariance: &NamedCovariance) -> ModelChoice {
+    let is_further = |name| Paper::position(name).is_none() && Inertial::position(name).is_some();
+    if covariance.states().iter().any(is_further) {
+        ModelChoice::Whole
+    } else {
+        ModelChoice::Paper
+    }
+}
+
+/// A solution that runs free from here, with errors taken out and what is known of the rest.
+fn channel<G: Model<M, N>, const M: usize, const N: usize>(
+    model: G,
+    start: NavigationState,
+    (errors, known): (&SensorErrors, &NamedCovariance),
+    noise: NoiseDensity,
+) -> Result<Channel, Error>
+where
+    AnyFilter: From<ErrorFilter<G, M, N>>,
+{
+    let covariance = model.covariance_of(known, &start);
+    let filter = ErrorFilter::new(model, start, errors, covariance, noise, Loop::Open)?;
+    Ok(Channel::new(filter.into()))
 }
 
 impl Navigator {
@@ -105,8 +164,8 @@ impl Navigator {
         let table = self.settings.alignment.turntable.attitude(angles);
         Some(Box::new(NavigatorOutput {
             stamp: sample.stamp,
-            compensated: channels[0].solution(&table, sample),
-            uncompensated: channels[1].solution(&table, sample),
+            compensated: channels[0].solution(&table),
+            uncompensated: channels[1].solution(&table),
         }))
     }
 
@@ -117,21 +176,21 @@ impl Navigator {
         covariance: &NamedCovariance,
     ) -> Result<Box<[Channel; 2]>, Error> {
         let noise = self.noise();
-        let model = self.settings.alignment.prior.model();
         // What is not taken out is as uncertain as it was before calibration.
         let raw = covariance.retain(|name, _| Paper::is_moving(name));
-        let channel = |errors: &SensorErrors, known: &NamedCovariance| {
-            let covariance = model.covariance_of(known, &start);
-            let filter = PaperFilter::new(model, start, errors, covariance, noise, Loop::Open)?;
-            Ok::<_, Error>(Channel {
-                covariance: filter.named_covariance(),
-                filter,
-            })
+        let both = [(errors, covariance), (&SensorErrors::default(), &raw)];
+        let settings = &self.settings.alignment;
+        // What remains of errors that the model does not hold is not in its covariance, so it is the calibration's model.
+        let of_whole = model_of(covariance) == ModelChoice::Whole;
+        let channels = if of_whole {
+            let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
+            let model = settings.groups.resolved(grade).model(&settings.prior);
+            both.map(|both| channel(Inertial::from(model), start, both, noise))
+        } else {
+            both.map(|both| channel(settings.prior.model(), start, both, noise))
         };
-        Ok(Box::new([
-            channel(errors, covariance)?,
-            channel(&SensorErrors::default(), &raw)?,
-        ]))
+        let [compensated, uncompensated] = channels;
+        Ok(Box::new([compensated?, uncompensated?]))
     }
 
     /// Noise densities: as set, or as the last sample's variances say.

@@ -35,9 +35,9 @@ impl Navigator {
     }
 
     fn take_calibration(&mut self, calibration: Calibration) -> Result<(), Error> {
-        let compensation = calibration.errors.compensation()?;
+        calibration.errors.compensation()?;
         if let Stage::Navigating(channels) = &mut self.stage {
-            channels[0].filter.set_sensor_errors(&calibration.errors)?;
+            channels[0].set_sensor_errors(&calibration.errors)?;
         } else {
             let is_covered =
                 self.history
@@ -49,13 +49,13 @@ impl Navigator {
             if is_covered && self.settings.start_from_calibration {
                 self.start_from(&calibration)?;
             } else {
-                self.align(&calibration, &compensation)?;
+                self.align(&calibration)?;
             }
         }
         self.events.push_back(NavigatorEvent::CalibrationTaken {
             stamp: calibration.stamp,
         });
-        self.calibration = Some((calibration, compensation));
+        self.calibration = Some(calibration);
         self.tell_phase();
         Ok(())
     }
@@ -97,11 +97,13 @@ impl Navigator {
             position: calibration.position,
         };
         let mut channels = self.channels(start, &calibration.errors, &calibration.covariance)?;
-        let intervals = self.history.iter().filter_map(|(_, i)| i.as_ref());
-        for interval in intervals.filter(|interval| interval.stamp > calibration.stamp) {
+        for (sample, interval) in &self.history {
+            let Some(interval) = interval.as_ref().filter(|i| i.stamp > calibration.stamp) else {
+                continue;
+            };
             let passage = self.passage(interval);
             for channel in channels.iter_mut() {
-                channel.advance(interval, passage.as_ref())?;
+                channel.advance(interval, sample, passage.as_ref())?;
             }
         }
         self.stage = Stage::Navigating(channels);

@@ -3,7 +3,8 @@
 use super::Reference;
 use super::schedule::Schedule;
 use crate::sensor::VelocityMeasurement;
-use crate::stream::Interval;
+use crate::stream::{Interval, PositionAt};
+use crate::time::Stamp;
 
 /// What is to be done at the end of an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,8 +13,10 @@ pub(super) enum Due {
     Nothing,
     /// A covariance step without a measurement.
     Step,
-    /// A covariance step and an update.
+    /// A covariance step and an update by a velocity.
     Update(VelocityMeasurement),
+    /// A covariance step and an update by a position.
+    Position(PositionAt),
 }
 
 /// The velocity reference with its schedule.
@@ -21,6 +24,7 @@ pub(super) enum Due {
 pub(super) struct Aiding {
     reference: Reference,
     schedule: Schedule,
+    last_position: Option<Stamp>,
 }
 
 impl Aiding {
@@ -28,7 +32,13 @@ impl Aiding {
         Self {
             reference,
             schedule,
+            last_position: None,
         }
+    }
+
+    /// What the velocity error is measured against.
+    pub(super) fn reference(&self) -> Reference {
+        self.reference
     }
 
     /// What is due at the end of this interval. One step at most, be it due by the clock, by a measurement, or by both.
@@ -36,7 +46,7 @@ impl Aiding {
     pub(super) fn due(&mut self, interval: &Interval) -> Due {
         let (stamp, seconds) = (interval.stamp, interval.increment.interval_s);
         match self.reference {
-            Reference::Moored { sigma_m_s } => {
+            Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => {
                 if !self.schedule.is_due(stamp, seconds) {
                     return Due::Nothing;
                 }
@@ -45,6 +55,22 @@ impl Aiding {
                     east_north: [0.0; 2],
                     sigma: [sigma_m_s; 2],
                 })
+            }
+            Reference::Position { .. } => {
+                // A receiver may tell more often than a covariance step is worth.
+                let is_close = self
+                    .last_position
+                    .is_some_and(|last| stamp.seconds_since(last) < 0.5 * self.schedule.period_s());
+                if let Some(position) = interval.position.as_deref().filter(|_| !is_close) {
+                    self.schedule.made_by_measurement(stamp);
+                    self.last_position = Some(stamp);
+                    return Due::Position(*position);
+                }
+                if !self.schedule.is_due(stamp, seconds) {
+                    return Due::Nothing;
+                }
+                self.schedule.made(stamp, seconds);
+                Due::Step
             }
             Reference::Measured { .. } => {
                 if let Some(measurement) = interval.velocity {
@@ -65,7 +91,6 @@ impl Aiding {
 mod tests {
     use super::*;
     use crate::sensor::{ImuSample, Increment};
-    use crate::time::Stamp;
 
     /// Velocities once a second that fall between the due times make one step each, and none of them is called missing.
     #[test]
@@ -88,12 +113,13 @@ mod tests {
                     &sample.specific_force,
                 ),
                 velocity: is_measured.then_some(measured),
+                position: None,
                 hole: None,
             };
             match aiding.due(&interval) {
                 Due::Update(_) => updates += 1,
                 Due::Step => steps += 1,
-                Due::Nothing => {}
+                Due::Nothing | Due::Position(_) => {}
             }
         }
         assert_eq!((updates, steps), (80, 10));

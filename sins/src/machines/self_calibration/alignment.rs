@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::default_noise;
 use super::sensor_knowledge::SensorKnowledge;
 use crate::mechanization::coarse_alignment::CoarseAlignment;
+use crate::sensor::compensation::Compensator;
 use crate::sensor::{ImuSample, NoiseDensity};
 use crate::stream::Interval;
 use crate::table::Turntable;
@@ -19,6 +20,8 @@ pub(super) struct Gathering {
     pub(super) backlog: Vec<Interval>,
     /// What was known of the sensors before.
     pub(super) known: Option<SensorKnowledge>,
+    /// Takes that out, for the coarse alignment.
+    compensator: Option<Compensator>,
     /// Σ variance · interval², for the noise densities.
     gyroscope_noise: Vector3<f64>,
     accelerometer_noise: Vector3<f64>,
@@ -31,6 +34,9 @@ impl Gathering {
             coarse: CoarseAlignment::default(),
             backlog: Vec::new(),
             known: known.cloned(),
+            compensator: known
+                .and_then(|known| known.errors.compensation().ok())
+                .map(Compensator::new),
             gyroscope_noise: Vector3::zeros(),
             accelerometer_noise: Vector3::zeros(),
         }
@@ -39,11 +45,11 @@ impl Gathering {
     /// Takes an interval. The coarse alignment turns by the encoders where samples are missing and they know.
     pub(super) fn take(&mut self, interval: Interval, sample: &ImuSample, turntable: Turntable) {
         let mut increment = interval.increment;
-        if let Some(known) = &self.known {
-            increment = increment.without(
-                &known.errors.gyroscope_drift,
-                &known.errors.accelerometer_bias,
-            );
+        if let Some(compensator) = &mut self.compensator {
+            if interval.hole.is_some() {
+                compensator.forget();
+            }
+            increment = compensator.next(&increment).increment;
         }
         if let Some(turned) = interval.hole.as_ref().and_then(|hole| hole.turned)
             && turned.from != turned.to

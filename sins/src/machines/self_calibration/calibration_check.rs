@@ -9,6 +9,16 @@ const DRIFT_LIMIT_RAD_S: f64 = 0.01;
 const BIAS_LIMIT_M_S2: f64 = 1.0;
 /// Greatest scale factor error or installation angle.
 const MATRIX_LIMIT: f64 = 0.1;
+/// Greatest quadratic coefficient \[1/(m/s²)\]: a tenth of gravity at gravity.
+const QUADRATIC_LIMIT_PER_M_S2: f64 = 0.01;
+/// Greatest component of an arm \[m\].
+const ARM_LIMIT_M: f64 = 10.0;
+/// Greatest g-sensitivity \[rad/s per m/s²\]: 2000 deg/h/g.
+const G_SENSITIVITY_LIMIT: f64 = 1e-3;
+/// Greatest delay of the accelerometers, either way \[s\].
+const DELAY_LIMIT_S: f64 = 1.0;
+/// Greatest angle by which a table is not what it should be \[rad\].
+const TABLE_LIMIT_RAD: f64 = 0.1;
 /// Greatest one-sigma of anything, SI units.
 const SIGMA_LIMIT: f64 = 1e4;
 
@@ -18,7 +28,11 @@ impl Calibration {
     /// # Errors
     /// [`Error::Setting`] that names the number, and what was expected.
     pub fn checked(self) -> Result<Self, Error> {
-        let errors = &self.errors;
+        let (errors, table) = (&self.errors, &self.table);
+        let eccentricities = [
+            table.encoder_eccentricity_outer_rad,
+            table.encoder_eccentricity_inner_rad,
+        ];
         for (name, values, limit) in [
             (
                 "gyroscope_drift in rad/s",
@@ -39,6 +53,46 @@ impl Calibration {
                 "accelerometer_matrix",
                 errors.accelerometer_matrix.as_slice(),
                 MATRIX_LIMIT,
+            ),
+            (
+                "accelerometer_quadratic in 1/(m/s²)",
+                errors.accelerometer_quadratic.as_slice(),
+                QUADRATIC_LIMIT_PER_M_S2,
+            ),
+            (
+                "accelerometer_arm in m",
+                errors.accelerometer_arms.as_slice(),
+                ARM_LIMIT_M,
+            ),
+            (
+                "gyroscope_g_sensitivity in rad/s per m/s²",
+                errors.gyroscope_g_sensitivity.as_slice(),
+                G_SENSITIVITY_LIMIT,
+            ),
+            (
+                "accelerometer_delay in s",
+                &[errors.accelerometer_delay_s],
+                DELAY_LIMIT_S,
+            ),
+            (
+                "table_nonorthogonality in rad",
+                &[table.nonorthogonality_rad],
+                TABLE_LIMIT_RAD,
+            ),
+            (
+                "inner_axis_tilt in rad",
+                &table.inner_axis_tilt_rad,
+                TABLE_LIMIT_RAD,
+            ),
+            (
+                "encoder_zero_inner in rad",
+                &[table.encoder_zero_inner_rad],
+                TABLE_LIMIT_RAD,
+            ),
+            (
+                "encoder_eccentricity in rad",
+                eccentricities.as_flattened(),
+                TABLE_LIMIT_RAD,
             ),
         ] {
             // Not a number is not within anything.
@@ -96,6 +150,7 @@ mod tests {
     use crate::estimation::groups::navigation::VELOCITY;
     use crate::estimation::state::NamedCovariance;
     use crate::sensor::SensorErrors;
+    use crate::table::TableErrors;
     use crate::time::Stamp;
 
     fn good() -> Calibration {
@@ -103,6 +158,7 @@ mod tests {
             stamp: Stamp::default(),
             phase: Phase::Converged,
             errors: SensorErrors::constant(Vector3::repeat(1e-7), Vector3::repeat(1e-3)),
+            table: TableErrors::default(),
             attitude: UnitQuaternion::identity(),
             position: Position::from_degrees(45.0, 126.0, 0.0),
             covariance: NamedCovariance::from_sigmas([(VELOCITY[0], 1e-6)]).unwrap(),
@@ -138,6 +194,38 @@ mod tests {
                 "latitude",
             ),
             (change(&|c| c.position.height_m = 1e300), "height"),
+            (
+                change(&|c| c.errors.accelerometer_quadratic.z = 0.1),
+                "accelerometer_quadratic",
+            ),
+            (
+                change(&|c| c.errors.accelerometer_arms[(2, 0)] = f64::INFINITY),
+                "accelerometer_arm",
+            ),
+            (
+                change(&|c| c.errors.gyroscope_g_sensitivity[(0, 1)] = 1.0),
+                "gyroscope_g_sensitivity",
+            ),
+            (
+                change(&|c| c.errors.accelerometer_delay_s = -2.0),
+                "accelerometer_delay",
+            ),
+            (
+                change(&|c| c.table.nonorthogonality_rad = f64::NAN),
+                "table_nonorthogonality",
+            ),
+            (
+                change(&|c| c.table.inner_axis_tilt_rad[1] = 1.0),
+                "inner_axis_tilt",
+            ),
+            (
+                change(&|c| c.table.encoder_zero_inner_rad = 1.0),
+                "encoder_zero_inner",
+            ),
+            (
+                change(&|c| c.table.encoder_eccentricity_inner_rad[0] = -1.0),
+                "encoder_eccentricity",
+            ),
             (
                 change(&|c| {
                     c.covariance = NamedCovariance::from_sigmas([(VELOCITY[1], 1e5)]).unwrap();

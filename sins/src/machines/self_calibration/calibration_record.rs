@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Quaternion, UnitQuaternion};
 
+use super::further_errors::put;
 use super::{Calibration, Phase};
 use crate::earth::Position;
 use crate::error::Error;
@@ -9,6 +10,7 @@ use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::state::{NamedCovariance, StateList};
 use crate::sensor::SensorErrors;
+use crate::table::TableErrors;
 use crate::time::Stamp;
 
 /// How far the length of a quaternion may be from one.
@@ -53,6 +55,7 @@ pub enum RecordedCovariance {
 ///     accelerometer_bias_m_s2: [1e-3; 3],
 ///     gyroscope_matrix: [0.0; 9],
 ///     accelerometer_matrix: [0.0; 9],
+///     further: vec![("accelerometer_delay_s".into(), 2e-4)],
 ///     attitude_xyzw: [0.0, 0.0, 0.0, 1.0],
 ///     position: Position::from_degrees(45.0, 126.6, 0.0),
 ///     covariance: RecordedCovariance::States {
@@ -82,6 +85,9 @@ pub struct CalibrationRecord {
     pub gyroscope_matrix: [f64; 9],
     /// Scale factors and installation angles of the accelerometers, row by row.
     pub accelerometer_matrix: [f64; 9],
+    /// Every other error of sensors and table, by the name of its state; one that is missing is zero, and a name that is none of
+    /// ours is left aside.
+    pub further: Vec<(String, f64)>,
     /// Attitude of the block (b to n) as a quaternion of length one.
     pub attitude_xyzw: [f64; 4],
     /// Position.
@@ -101,16 +107,24 @@ impl CalibrationRecord {
     /// # Errors
     /// [`Error::Setting`] that names what is wrong, and what was expected.
     pub fn calibration(self) -> Result<Calibration, Error> {
+        let mut errors = SensorErrors {
+            gyroscope_drift: self.gyroscope_drift_rad_s.into(),
+            accelerometer_bias: self.accelerometer_bias_m_s2.into(),
+            gyroscope_matrix: Matrix3::from_row_slice(&self.gyroscope_matrix),
+            accelerometer_matrix: Matrix3::from_row_slice(&self.accelerometer_matrix),
+            ..SensorErrors::default()
+        };
+        let mut table = TableErrors::default();
+        let named = self
+            .further
+            .iter()
+            .map(|(name, value)| (name.as_str(), *value));
+        put(named, &mut errors, &mut table);
         Calibration {
             stamp: self.stamp,
             phase: self.phase,
-            errors: SensorErrors {
-                gyroscope_drift: self.gyroscope_drift_rad_s.into(),
-                accelerometer_bias: self.accelerometer_bias_m_s2.into(),
-                gyroscope_matrix: Matrix3::from_row_slice(&self.gyroscope_matrix),
-                accelerometer_matrix: Matrix3::from_row_slice(&self.accelerometer_matrix),
-                ..SensorErrors::default()
-            },
+            errors,
+            table,
             attitude: rotation(self.attitude_xyzw)?,
             position: self.position,
             covariance: self.covariance.known()?,
@@ -190,6 +204,10 @@ mod tests {
             accelerometer_bias_m_s2: [1e-3; 3],
             gyroscope_matrix: [0.0, 1e-4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             accelerometer_matrix: [0.0; 9],
+            further: vec![
+                ("accelerometer_delay_s".into(), 2e-4),
+                ("colour".into(), 7.0),
+            ],
             attitude_xyzw: [0.6, 0.0, 0.0, 0.8],
             position: Position::from_degrees(45.0, 126.0, 0.0),
             covariance: RecordedCovariance::Sensors {
@@ -214,6 +232,8 @@ mod tests {
         let calibration = good().calibration().unwrap();
         assert_eq!(calibration.errors.gyroscope_matrix[(0, 1)], 1e-4);
         assert_eq!(calibration.errors.gyroscope_drift.z, 3e-7);
+        assert_eq!(calibration.errors.accelerometer_delay_s, 2e-4);
+        assert_eq!(calibration.table, TableErrors::default());
         let named = &calibration.covariance;
         assert!((named.sigma(GYROSCOPE_DRIFT[1]).unwrap() - 1e-8).abs() < 1e-22);
         assert_eq!(named.sigma(ACCELEROMETER_BIAS[1]), None);
@@ -257,6 +277,10 @@ mod tests {
                 "latitude",
             ),
             (refusal(|r| r.position.height_m = 1e300), "height"),
+            (
+                refusal(|r| r.further[0].1 = f64::NAN),
+                "accelerometer_delay",
+            ),
             (
                 refusal(|r| r.position.longitude_rad = f64::NAN),
                 "longitude",

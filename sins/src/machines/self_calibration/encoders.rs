@@ -68,7 +68,9 @@ const OLDEST_READING_S: f64 = 1.0;
 /// So long the ship is watched before the first reading is used, in readings.
 const WATCH: u32 = 60;
 /// How fast the measured motion of the ship follows, in readings.
-const MEMORY: f64 = 60.0;
+const MEMORY: f64 = 300.0;
+/// A mean of so many readings over what the gyroscopes' noise makes is still that noise: four sigmas of it.
+const STILL: f64 = 1.2;
 /// A ship that turns by more than this in a second makes encoders worthless \[rad\].
 const MOVES_RAD: f64 = 5.0 * ARC_SECOND;
 /// A reading this far off, in squared sigmas, is left out.
@@ -76,10 +78,13 @@ const GATE: f64 = 25.0;
 /// After so many readings left out in a row the base is taken to have been moved.
 const GATED_IN_A_ROW: u32 = 10;
 
+/// A covariance step: when, where the joints stood, and the attitude after everything was measured.
+type Before = (Stamp, [f64; 2], UnitQuaternion<f64>);
+
 /// The reader of encoders.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Encoders {
-    before: Option<(Stamp, [f64; 2], UnitQuaternion<f64>)>,
+    before: Option<Before>,
     watched: u32,
     /// Mean square of the ship's turn in a second \[rad²/s\].
     motion: f64,
@@ -98,10 +103,12 @@ impl Encoders {
         }
     }
 
-    /// Looks at the joints at the end of a covariance step, and updates where they rest.
+    /// Looks at the joints at the end of a covariance step, and updates where they rest. `carried` is the attitude as the
+    /// gyroscopes carried it to here, before anything was measured.
     pub(super) fn take(
         &mut self,
         stamp: Stamp,
+        carried: &UnitQuaternion<f64>,
         joints: &JointHistory,
         turntable: Turntable,
         accuracy: &EncoderAccuracy,
@@ -115,17 +122,44 @@ impl Encoders {
             return;
         }
         let angles = joints.angles_at(stamp);
-        let attitude = filter.navigation().attitude;
-        let before = self.before.replace((stamp, angles, attitude));
+        let before = self.before.take();
+        let reading = EncoderReading {
+            turntable,
+            angles,
+            sigma_rad: accuracy.sigma_rad,
+            wobble_sigma_rad: accuracy.wobble_sigma_rad,
+        };
+        self.measure(stamp, carried, before, &reading, filter);
+        self.before = Some((stamp, angles, filter.navigation().attitude));
+    }
+
+    /// How the ship moves beyond what the gyroscopes' own noise makes of a ship that lies still \[rad/√s\].
+    fn walk(&self, filter: &AnyFilter) -> f64 {
+        let own = filter.noise().gyroscope.norm_squared();
+        if self.motion <= STILL * own {
+            return 0.0;
+        }
+        (self.motion - own).sqrt()
+    }
+
+    fn measure(
+        &mut self,
+        stamp: Stamp,
+        carried: &UnitQuaternion<f64>,
+        before: Option<Before>,
+        reading: &EncoderReading,
+        filter: &mut AnyFilter,
+    ) {
         let Some((then, angles_then, attitude_then)) = before else {
             return;
         };
         let seconds = stamp.seconds_since(then);
-        let rests = (0..2).all(|joint| (angles[joint] - angles_then[joint]).abs() < MOVED_RAD);
+        let rests =
+            (0..2).all(|joint| (reading.angles[joint] - angles_then[joint]).abs() < MOVED_RAD);
         if !(rests && seconds > 0.0 && seconds < 10.0) {
             return;
         }
-        let turn = attitude.angle_to(&attitude_then).powi(2) / seconds;
+        let turn = carried.angle_to(&attitude_then).powi(2) / seconds;
         let memory = MEMORY.min(f64::from(self.watched) + 1.0);
         self.motion += (turn - self.motion) / memory;
         self.watched = self.watched.saturating_add(1);
@@ -136,14 +170,8 @@ impl Encoders {
             filter.forget_base();
             return;
         }
-        filter.set_base_walk(self.motion.sqrt());
-        let reading = EncoderReading {
-            turntable,
-            angles,
-            sigma_rad: accuracy.sigma_rad,
-            wobble_sigma_rad: accuracy.wobble_sigma_rad,
-        };
-        let outcomes = filter.update_encoders(&reading, Some(GATE));
+        filter.set_base_walk(self.walk(filter));
+        let outcomes = filter.update_encoders(reading, Some(GATE));
         if outcomes
             .iter()
             .all(|outcome| matches!(outcome, Outcome::Refused))

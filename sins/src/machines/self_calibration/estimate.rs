@@ -13,10 +13,11 @@ use crate::earth::rotation::HeadingPitchRoll;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::UpdateCounts;
-use crate::estimation::state::{NamedCovariance, StateEstimate};
+use crate::estimation::state::{NamedCovariance, StateEstimate, StateValues};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::SensorErrors;
 use crate::stream::counts::StreamCounts;
+use crate::table::TableErrors;
 use crate::time::Stamp;
 
 /// Where self-calibration stands.
@@ -53,6 +54,9 @@ impl Phase {
 
 /// A turn of the ship above this while the table works \[rad\] says that the table's axes are set wrong.
 const IMPLAUSIBLE_TURN_RAD: f64 = 0.35;
+
+/// A state whose one-sigma has shrunk by a smaller share than this kept its prior.
+const KEPT: f64 = 0.05;
 
 /// What stands for a one-sigma that is not known, in estimates and in messages.
 pub const NOT_KNOWN: f64 = -1.0;
@@ -98,8 +102,12 @@ pub struct Estimate {
     pub vehicle_turn_rad: f64,
     /// The sensor errors that have been found.
     pub errors: SensorErrors,
+    /// The table's errors that have been found, by its encoders.
+    pub table: TableErrors,
     /// The states of the filter by name; what has been fed back is zero in the navigation and included in the sensor errors.
     pub states: StateEstimate,
+    /// One-sigma of the states before anything was measured; zero where a group is not estimated.
+    pub prior: StateValues,
     /// Innovations.
     pub innovations: InnovationReport,
     /// The block has turned since fine alignment began, or did before an alignment that was started anew.
@@ -108,8 +116,6 @@ pub struct Estimate {
     pub testimony: Option<Testimony>,
     /// What the judge's tests found; they are made once a minute.
     pub findings: Arc<[Finding]>,
-    /// The covariance that the first alignment began with.
-    pub prior: Option<NamedCovariance>,
     /// What became of the encoders.
     pub encoders: EncoderUse,
     /// Samples.
@@ -124,7 +130,7 @@ impl Estimate {
             innovations: self.innovations,
             counts: &self.samples.counts,
             covariance: self.states.covariance(),
-            prior: self.prior.as_ref(),
+            prior: Some(&self.prior),
             findings: &self.findings,
             turned: self.turned,
         }
@@ -133,6 +139,22 @@ impl Estimate {
     /// What the judge says of it, by the thresholds of these settings. The phase says the same in one word.
     pub fn verdict(&self, settings: &Settings) -> Verdict {
         self.evidence().verdict(settings)
+    }
+
+    /// What record and scheme have taught of a state: the share by which its one-sigma has shrunk. `None` where nothing was
+    /// said of it before.
+    pub fn learned(&self, name: &str) -> Option<f64> {
+        let prior = self.prior.value(name).filter(|sigma| *sigma > 0.0)?;
+        Some((1.0 - self.states.sigma(name)? / prior).max(0.0))
+    }
+
+    /// States that kept their prior: what neither record nor scheme shows. Their estimates are not found, and their sigmas are
+    /// what was known before.
+    pub fn unobservable(&self) -> Vec<&str> {
+        let names = self.states.states().iter();
+        names
+            .filter(|name| self.learned(name).is_some_and(|share| share < KEPT))
+            .collect()
     }
 
     /// Covariance of the states.
@@ -203,6 +225,7 @@ impl Estimate {
             stamp: self.stamp,
             phase: self.phase,
             errors: self.errors,
+            table: self.table,
             attitude: self.navigation.attitude,
             position: self.navigation.position,
             covariance: self.covariance().clone(),
@@ -221,6 +244,8 @@ pub struct Calibration {
     pub phase: Phase,
     /// The sensor errors to take out.
     pub errors: SensorErrors,
+    /// Errors of the table and its encoders.
+    pub table: TableErrors,
     /// Attitude of the block at `stamp` (b to n).
     pub attitude: UnitQuaternion<f64>,
     /// Position; the height stays as it was given.

@@ -12,7 +12,7 @@ use super::judge::{Evidence, Joints, Judge, Witness};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
-use super::{Estimate, Event, ModelChoice, Phase, SampleReport, Settings, Thresholds};
+use super::{Estimate, Event, ModelChoice, Phase, Reference, SampleReport, Settings, Thresholds};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
@@ -21,7 +21,7 @@ use crate::estimation::filter::{ErrorFilter, Loop};
 use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::model::Model;
-use crate::estimation::state::NamedCovariance;
+use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::{ImuSample, NoiseDensity, SensorErrors};
@@ -45,8 +45,8 @@ pub(in crate::machines) struct Estimator {
     position: Option<Position>,
     newest_position: Option<Position>,
     stage: Stage,
-    /// The covariance that the first alignment began with.
-    prior: Option<NamedCovariance>,
+    /// What was known of the sensors before the first sample.
+    known_before: Option<SensorKnowledge>,
     /// The judge of the alignment before this one.
     judge_before: Option<Judge>,
     last: Option<Estimate>,
@@ -65,7 +65,7 @@ impl Estimator {
             position: None,
             newest_position: None,
             stage: Stage::Idle,
-            prior: None,
+            known_before: None,
             judge_before: None,
             last: None,
             phase_told: Phase::WaitingForPosition,
@@ -73,6 +73,13 @@ impl Estimator {
             updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
         })
+    }
+
+    /// Begins with what is known of the sensors.
+    #[must_use]
+    pub(in crate::machines) fn knowing(mut self, known: SensorKnowledge) -> Self {
+        self.known_before = Some(known);
+        self
     }
 
     pub(super) fn settings(&self) -> &Settings {
@@ -100,7 +107,6 @@ impl Estimator {
     /// Forgets everything but the position.
     pub(super) fn reset(&mut self) {
         self.stage = Stage::Idle;
-        self.prior = None;
         self.judge_before = None;
         self.last = None;
         self.missing_velocities = 0;
@@ -159,7 +165,7 @@ impl Estimator {
     /// An epoch begins: attitude and velocity are found anew, and what is known of the sensors goes on.
     pub(in crate::machines) fn begin(&mut self, stamp: Stamp, cause: EpochCause, stream: &Stream) {
         let known = match std::mem::replace(&mut self.stage, Stage::Idle) {
-            Stage::Idle => None,
+            Stage::Idle => self.known_before.clone(),
             Stage::Gathering(gathering) => gathering.known,
             Stage::Running(run) => {
                 let known = run.knowledge();
@@ -192,7 +198,8 @@ impl Estimator {
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
                         self.updates_before = self.updates_before + run.filter.counts();
-                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, None)));
+                        let known = self.known_before.as_ref();
+                        self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
                         return self.fail(stamp, &error, stream);
                     }
                 };
@@ -297,65 +304,61 @@ impl Estimator {
             walk: self.settings.walk,
             noise,
         };
-        let (settings, initial) = (&self.settings, &self.settings.prior);
-        let filter: AnyFilter = match settings.model {
-            ModelChoice::Paper => beginning.filter(initial.model())?.into(),
-            ModelChoice::Whole => {
-                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
-                let mut initial = *initial;
-                let [drift, bias] = grade.drift_and_bias();
-                let wider =
-                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
-                wider(&mut initial.gyroscope_drift_rad_s, drift);
-                wider(&mut initial.accelerometer_bias_m_s2, bias);
-                let groups = settings.groups.resolved(grade);
-                let azimuth =
-                    azimuth_prior_rad(&initial.gyroscope_drift_rad_s, position.latitude_rad.cos());
-                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
-                let model = groups.model(&initial);
-                beginning
-                    .filter(model)?
-                    .with_turn_noise(groups.turn_noise)
-                    .into()
+        let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
+            let schedule = Schedule::new(gathering.start, self.settings.step_s);
+            let (filter, prior) = beginning.any_filter(&self.settings, reference)?;
+            let mut run = Running {
+                filter,
+                prior,
+                start: gathering.start,
+                last: gathering.start,
+                aiding: Aiding::new(reference, schedule),
+                encoders: Encoders::default(),
+                judge: self.judge_before.as_ref().map_or_else(
+                    || Judge::new(&self.settings),
+                    |before| before.of_next_alignment(&self.settings),
+                ),
+                normalized: (0.0, 0),
+                witness: if self.settings.witness {
+                    Some(Witness::new(place, noise, &self.settings, reference)?)
+                } else {
+                    None
+                },
+                joints: Joints::default(),
+                findings: Arc::default(),
+                azimuth_rad: 0.0,
+                steps: 0,
+                reference_attitude: coarse.at_start,
+                turned: false,
+                reference_vehicle: coarse.at_start,
+            };
+            let (mut last_update, mut missing) = (None, 0);
+            for interval in &gathering.backlog {
+                let advance = run.advance(interval, &self.settings, None)?;
+                missing += u64::from(advance.velocity_missing);
+                if advance.stepped {
+                    last_update = Some(interval.stamp);
+                }
             }
+            Ok((run, last_update, missing))
         };
-        let prior = self
-            .prior
-            .get_or_insert_with(|| filter.named_covariance())
-            .clone();
-        let schedule = Schedule::new(gathering.start, self.settings.step_s);
-        let mut run = Running {
-            filter,
-            start: gathering.start,
-            last: gathering.start,
-            aiding: Aiding::new(self.settings.reference, schedule),
-            encoders: Encoders::default(),
-            judge: self.judge_before.as_ref().map_or_else(
-                || Judge::new(&self.settings),
-                |before| before.of_next_alignment(&self.settings),
-            ),
-            witness: if self.settings.witness {
-                Some(Witness::new(place, noise, &self.settings)?)
-            } else {
-                None
-            },
-            joints: Joints::default(),
-            findings: Arc::default(),
-            prior,
-            azimuth_rad: 0.0,
-            steps: 0,
-            reference_attitude: coarse.at_start,
-            turned: false,
-            reference_vehicle: coarse.at_start,
-        };
-        let mut last_update = None;
-        for interval in &gathering.backlog {
-            let advance = run.advance(interval, &self.settings, None)?;
-            self.missing_velocities += u64::from(advance.velocity_missing);
-            if advance.stepped {
-                last_update = Some(interval.stamp);
+        let (mut run, last_update, missing) = match self.settings.reference {
+            Reference::Auto {
+                sigma_m_s,
+                patience_s,
+            } => {
+                let moored = gone_over(Reference::Moored { sigma_m_s });
+                let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
+                let are_enough = positions.count() >= LEAST_POSITIONS;
+                match moored {
+                    Ok(moored) if !(are_enough && moored.0.moves()) => moored,
+                    Err(error) if !are_enough => return Err(error),
+                    _ => gone_over(Reference::Position { patience_s })?,
+                }
             }
-        }
+            reference => gone_over(reference)?,
+        };
+        self.missing_velocities += missing;
         run.filter.close_loop();
         if let Some(witness) = &mut run.witness {
             witness.close_loop();
@@ -416,12 +419,13 @@ impl Estimator {
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
             navigation: *run.filter.navigation(),
             errors: run.filter.sensor_errors(),
+            table: run.filter.table().errors,
             states: run.filter.estimate(),
+            prior: run.prior.clone(),
             innovations: run.judge.report(),
             turned: run.turned,
             testimony: run.witness.as_ref().map(Witness::testimony),
             findings: run.findings.clone(),
-            prior: Some(run.prior.clone()),
             encoders: run.encoders.usage(),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
@@ -430,6 +434,12 @@ impl Estimator {
         estimate
     }
 }
+
+/// So many positions in an alignment can tell how the ship moves.
+const LEAST_POSITIONS: usize = 30;
+
+/// One-sigma of an antenna's arm that was told \[m\].
+const TOLD_ARM_M: f64 = 0.1;
 
 /// What a filter begins with.
 struct Beginning<'a> {
@@ -441,6 +451,47 @@ struct Beginning<'a> {
 }
 
 impl Beginning<'_> {
+    /// The filter of the model that the settings choose, and one-sigma of its states before anything is known of the sensors.
+    fn any_filter(
+        &self,
+        settings: &Settings,
+        reference: Reference,
+    ) -> Result<(AnyFilter, StateValues), Error> {
+        let (initial, noise) = (&settings.prior, &self.noise);
+        Ok(match settings.model {
+            ModelChoice::Paper => {
+                let model = initial.model();
+                let filter = self.filter(model)?.into();
+                (filter, model.named_prior(&self.place))
+            }
+            ModelChoice::Whole => {
+                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
+                let mut initial = *initial;
+                let [drift, bias] = grade.drift_and_bias();
+                let wider =
+                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
+                wider(&mut initial.gyroscope_drift_rad_s, drift);
+                wider(&mut initial.accelerometer_bias_m_s2, bias);
+                let mut groups = settings.groups.resolved(grade);
+                if !matches!(reference, Reference::Position { .. }) {
+                    groups.antenna_arm_m = 0.0;
+                } else if settings.groups.antenna_arm_m < 0.0 && settings.antenna.arm_m.amax() > 0.0
+                {
+                    groups.antenna_arm_m = TOLD_ARM_M;
+                }
+                let azimuth = azimuth_prior_rad(
+                    &initial.gyroscope_drift_rad_s,
+                    self.place.position.latitude_rad.cos(),
+                );
+                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
+                let model = groups.model(&initial);
+                let filter = self.filter(model)?;
+                let filter = filter.with_turn_noise(groups.turn_noise).into();
+                (filter, model.named_prior(&self.place))
+            }
+        })
+    }
+
     fn filter<G: Model<M, N>, const M: usize, const N: usize>(
         &self,
         model: G,
@@ -455,14 +506,16 @@ impl Beginning<'_> {
                 (known.errors, prior)
             },
         );
-        ErrorFilter::new(
+        let filter = ErrorFilter::new(
             model,
             self.place,
             &errors,
             covariance,
             self.noise,
             Loop::Open,
-        )
+        )?;
+        let table = self.known.map(|known| known.table).unwrap_or_default();
+        Ok(filter.with_table(table))
     }
 }
 

@@ -22,6 +22,7 @@ mod encoders;
 mod estimate;
 mod estimator;
 mod event;
+mod further_errors;
 mod judge;
 mod running;
 mod schedule;
@@ -34,19 +35,21 @@ pub use encoders::{EncoderAccuracy, EncoderUse};
 pub use estimate::{Calibration, Estimate, NOT_KNOWN, Phase, SampleReport};
 pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
+pub use further_errors::{further_errors, named_errors};
 pub use judge::{
     Doubt, Finding, InnovationReport, Joints, LeftOut, MeanSquare, Single, Test, TestResult,
     Testimony, Turns, Verdict,
 };
+pub(in crate::machines) use sensor_knowledge::SensorKnowledge;
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{ModelChoice, Reference, Settings, default_noise};
+pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};
 pub use thresholds::Thresholds;
 
 use crate::earth::Position;
 use crate::error::Error;
-use crate::sensor::{ImuSample, VelocityMeasurement};
-use crate::stream::Stream;
+use crate::sensor::{ImuSample, PositionMeasurement, VelocityMeasurement};
 use crate::stream::joint_history::JointHistory;
+use crate::stream::{Reading, Stream};
 use crate::table::JointSample;
 use crate::time::Stamp;
 
@@ -128,6 +131,23 @@ impl SelfCalibration {
             .tell_phase(self.stream.newest().unwrap_or_default(), &self.stream);
     }
 
+    /// Takes a reading of any kind, as it comes.
+    ///
+    /// # Errors
+    /// As [`Self::push_fix`], [`Self::push_joints`] and [`Self::push_velocity`].
+    pub fn push(&mut self, reading: &Reading) -> Result<(), Error> {
+        match reading {
+            Reading::Imu(sample) => {
+                self.push_imu(sample);
+                Ok(())
+            }
+            Reading::Joints(joints) => self.push_joints(*joints),
+            Reading::Position(position) => self.push_position(*position),
+            Reading::Fix(fix) => self.push_fix(*fix),
+            Reading::Velocity(stamp, velocity) => self.push_velocity(*stamp, *velocity),
+        }
+    }
+
     /// Takes a position. The first one of an epoch counts; the ship lies at her mooring.
     ///
     /// # Errors
@@ -135,6 +155,16 @@ impl SelfCalibration {
     pub fn push_position(&mut self, fix: Position) -> Result<(), Error> {
         self.estimator.take_position(fix.checked()?);
         Ok(())
+    }
+
+    /// Takes a position with its time and its uncertainty: the place of the alignment, and where the reference asks for positions
+    /// a measurement.
+    ///
+    /// # Errors
+    /// As [`Position::checked`].
+    pub fn push_fix(&mut self, fix: PositionMeasurement) -> Result<(), Error> {
+        self.push_position(fix.position)?;
+        self.stream.push_position(fix)
     }
 
     /// Takes a reading of the joints.

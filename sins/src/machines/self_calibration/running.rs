@@ -6,15 +6,16 @@ use nalgebra::UnitQuaternion;
 
 use super::aiding::{Aiding, Due};
 use super::encoders::Encoders;
-use super::judge::{Finding, Joints, Judge, Looked, Witness};
+use super::judge::{Finding, Joints, Judge, Looked, Seen, Witness};
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
 use super::{ModelChoice, Settings};
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::filter::AntennaArm;
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::{Innovation, Outcome};
-use crate::estimation::state::NamedCovariance;
+use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
@@ -34,23 +35,28 @@ pub(super) struct Advance {
     pub(super) passage: Option<Passage>,
 }
 
+/// Mean normalized innovation squared of a pair above which the ship moves; a still one has two at most.
+const MOVES: f64 = 4.0;
+
 /// The filter with its aiding and its judge.
 #[derive(Clone, Debug)]
 pub(super) struct Running {
     pub(super) filter: AnyFilter,
+    /// One-sigma of its states as a sensor of which nothing is known has them.
+    pub(super) prior: StateValues,
     pub(super) start: Stamp,
     pub(super) last: Stamp,
     pub(super) aiding: Aiding,
     pub(super) encoders: Encoders,
     pub(super) judge: Judge,
+    /// Sum of the normalized innovations squared of the pairs, and their number.
+    pub(super) normalized: (f64, u64),
     /// The filter beside.
     pub(super) witness: Option<Witness>,
     /// Joints against gyroscopes.
     pub(super) joints: Joints,
     /// What the judge's tests found.
     pub(super) findings: Arc<[Finding]>,
-    /// The covariance that the first alignment began with.
-    pub(super) prior: NamedCovariance,
     /// One-sigma of the azimuth when the loop was closed \[rad\].
     pub(super) azimuth_rad: f64,
     pub(super) steps: u64,
@@ -72,7 +78,11 @@ impl Running {
         settings: &Settings,
         joints: Option<&JointHistory>,
     ) -> Result<Advance, Error> {
-        let passage = interval.hole.as_ref().map(|hole| passage(hole, settings));
+        let reference = self.aiding.reference();
+        let passage = interval
+            .hole
+            .as_ref()
+            .map(|hole| passage(hole, settings, reference));
         let mut held = false;
         match passage {
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(angle, velocity),
@@ -86,50 +96,64 @@ impl Running {
             self.filter.propagate(&interval.increment);
         }
         if let Some(witness) = &mut self.witness {
-            match &passage {
-                Some(Passage::Bridged([angle, velocity])) => witness.bridge(*angle, *velocity),
-                Some(Passage::Held(crossing)) => witness.cross(crossing)?,
-                None => {}
-            }
-            if !held {
-                witness.propagate(&interval.increment);
-            }
+            witness.advance(interval, passage.as_ref())?;
         }
         self.last = interval.stamp;
         let mut advance = Advance {
             passage,
             ..Advance::default()
         };
-        match self.aiding.due(interval) {
-            Due::Nothing => return Ok(advance),
+        let due = self.aiding.due(interval);
+        if due == Due::Nothing {
+            return Ok(advance);
+        }
+        self.filter.step()?;
+        let carried = self.filter.navigation().attitude;
+        match due {
+            Due::Nothing => {}
             Due::Step => {
-                self.filter.step()?;
-                if let Some(witness) = &mut self.witness {
-                    witness.step(None)?;
-                }
                 advance.velocity_missing = true;
+                self.ask_witness(Seen::Nothing)?;
             }
             Due::Update(measurement) => {
-                self.filter.step()?;
-                if let Some(witness) = &mut self.witness {
-                    witness.step(Some(&measurement))?;
-                }
-                let outcomes = self.filter.update_velocity(&measurement, None);
-                // A component that was left out says nothing of the pair.
-                if let [Some(east), Some(north)] = outcomes.each_ref().map(Outcome::innovation) {
-                    let normalized = [east, north].map(|i| Innovation::normalized_squared(&i));
-                    self.judge.take(normalized.iter().sum());
-                }
+                let gate = match self.aiding.reference() {
+                    Reference::Measured { .. } => settings.gate(),
+                    _ => None,
+                };
+                self.ask_witness(Seen::Velocity(&measurement))?;
+                let outcomes = self.filter.update_velocity(&measurement, gate);
+                self.judge_pair(&outcomes);
                 if self.filter.has_vertical_channel() {
                     let sigma = measurement.sigma[0].max(measurement.sigma[1]);
                     self.filter.update_vertical_velocity(0.0, sigma, None);
                 }
             }
+            Due::Position(position) => {
+                let table = settings.turntable.attitude(position.angles);
+                let arm = AntennaArm {
+                    from_table_centre_m: settings.antenna.arm_m,
+                    ship: carried * table.inverse(),
+                };
+                let measurement = &position.measurement;
+                let behind_s = interval.stamp.seconds_since(measurement.stamp);
+                let age_s = behind_s + settings.antenna.latency_s;
+                self.ask_witness(Seen::Position(measurement, age_s, &arm, settings.gate()))?;
+                let [east, north, _] =
+                    self.filter
+                        .update_position(measurement, age_s, &arm, settings.gate());
+                self.judge_pair(&[east, north]);
+            }
         }
         if let (Some(joints), Some(accuracy)) = (joints, &settings.encoders) {
             let (stamp, turntable) = (interval.stamp, settings.turntable);
-            self.encoders
-                .take(stamp, joints, turntable, accuracy, &mut self.filter);
+            self.encoders.take(
+                stamp,
+                &carried,
+                joints,
+                turntable,
+                accuracy,
+                &mut self.filter,
+            );
         }
         advance.stepped = true;
         let attitude = self.filter.navigation().attitude;
@@ -142,15 +166,21 @@ impl Running {
                     .take(interval.stamp, joints, table, &attitude, sigma);
             }
             self.steps += 1;
-            if self.steps % LOOK_STEPS == 0 {
+            if self.steps.is_multiple_of(LOOK_STEPS) {
                 self.look(settings.model);
             }
         }
         Ok(advance)
     }
 
+    fn ask_witness(&mut self, seen: Seen<'_>) -> Result<(), Error> {
+        self.witness
+            .as_mut()
+            .map_or(Ok(()), |witness| witness.step(seen))
+    }
+
     /// Makes the judge's tests.
-    pub(super) fn look(&mut self, model: ModelChoice) {
+    fn look(&mut self, model: ModelChoice) {
         let states = self.filter.estimate();
         let testimony = self.witness.as_ref().map(Witness::testimony);
         let looked = Looked {
@@ -158,7 +188,7 @@ impl Running {
             joints: &self.joints,
             filter: &self.filter,
             states: &states,
-            prior: Some(&self.prior),
+            prior: &self.prior,
             azimuth_rad: self.azimuth_rad,
             model,
             turned: self.turned,
@@ -172,6 +202,24 @@ impl Running {
         covariance.sigma(MISALIGNMENT[2]).unwrap_or(f64::NAN)
     }
 
+    /// The innovations of a pair; one of which a component was left out says nothing.
+    fn judge_pair(&mut self, outcomes: &[Outcome; 2]) {
+        if let [Outcome::Accepted(east), Outcome::Accepted(north)] = outcomes {
+            let normalized = [east, north].map(Innovation::normalized_squared);
+            let sum = normalized.iter().sum::<f64>();
+            self.normalized.0 += sum;
+            self.normalized.1 += 1;
+            self.judge.take(sum);
+        }
+    }
+
+    /// Whether the innovations say that the ship does not lie as still as the reference takes her to: their mean is well above
+    /// the two of a pair.
+    pub(super) fn moves(&self) -> bool {
+        let (sum, count) = self.normalized;
+        sum > MOVES * count as f64
+    }
+
     /// What it knows of the sensors.
     pub(super) fn knowledge(&self) -> SensorKnowledge {
         SensorKnowledge::of(&self.filter, self.last, self.turned)
@@ -179,10 +227,14 @@ impl Running {
 }
 
 /// The way over a hole in the samples.
-fn passage(hole: &Hole, settings: &Settings) -> Passage {
+fn passage(hole: &Hole, settings: &Settings, reference: Reference) -> Passage {
     let (unseen, turntable) = (&settings.unseen, &settings.turntable);
-    match settings.reference {
-        Reference::Moored { sigma_m_s } => unseen.moored(hole, turntable, sigma_m_s),
-        Reference::Measured { .. } => unseen.under_way(hole, turntable, settings.restart_gap_s),
+    match reference {
+        Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => {
+            unseen.moored(hole, turntable, sigma_m_s)
+        }
+        Reference::Measured { .. } | Reference::Position { .. } => {
+            unseen.under_way(hole, turntable, settings.restart_gap_s)
+        }
     }
 }

@@ -19,6 +19,11 @@ impl Schedule {
         }
     }
 
+    /// The time between steps \[s\].
+    pub(super) fn period_s(&self) -> f64 {
+        self.period_nanos as f64 * 1e-9
+    }
+
     /// Whether a step is due at the end of an interval of this length: at the sample that is nearest to its time.
     #[inline]
     pub(super) fn is_due(&self, stamp: Stamp, interval_s: f64) -> bool {

@@ -1,11 +1,13 @@
 //! What is known of the sensors: it outlives every hole, jump and restart.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3};
 
+use super::Calibration;
 use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::groups::antenna::ANTENNA_ARM;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::table::BASE_ATTITUDE;
-use crate::estimation::model::Model;
+use crate::estimation::model::{Model, Whole};
 use crate::estimation::state::NamedCovariance;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::SensorErrors;
@@ -35,11 +37,12 @@ impl Default for SensorWalk {
 
 /// The sensor errors with their covariance.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct SensorKnowledge {
+pub(in crate::machines) struct SensorKnowledge {
     /// When it was learnt.
     pub(super) stamp: Stamp,
     pub(super) errors: SensorErrors,
     pub(super) table: TableErrors,
+    pub(super) antenna_arm_m: Vector3<f64>,
     /// Of the states of the sensors, whichever the filter has.
     covariance: NamedCovariance,
     /// The block has turned, so that they have come apart from the attitude.
@@ -47,12 +50,28 @@ pub(super) struct SensorKnowledge {
 }
 
 impl SensorKnowledge {
+    /// What a calibration tells, as if it had been made now. Of a state that it does not hold the prior is known.
+    pub(in crate::machines) fn of_calibration(calibration: &Calibration, now: Stamp) -> Self {
+        Self {
+            stamp: now,
+            errors: calibration.errors,
+            table: calibration.table,
+            antenna_arm_m: Vector3::zeros(),
+            covariance: calibration.covariance.retain(|name, _| {
+                let is_moving = Whole::is_moving(name);
+                !is_moving && !BASE_ATTITUDE.contains(&name) && !ANTENNA_ARM.contains(&name)
+            }),
+            turned: true,
+        }
+    }
+
     /// What a filter knows.
     pub(super) fn of(filter: &AnyFilter, stamp: Stamp, turned: bool) -> Self {
         Self {
             stamp,
             errors: filter.sensor_errors(),
             table: filter.table().errors,
+            antenna_arm_m: filter.table().antenna_arm_m,
             covariance: filter
                 .named_covariance()
                 .retain(|name, _| !filter.is_moving(name) && !BASE_ATTITUDE.contains(&name)),

@@ -28,6 +28,28 @@ pub enum Reference {
         /// How much later than its velocity a sample may come before the filter goes on without it \[s\].
         patience_s: f64,
     },
+    /// Positions are given. Samples wait, by their stamps, until the position for their time has come.
+    Position {
+        /// How much later than its position a sample may come before the filter goes on without it \[s\].
+        patience_s: f64,
+    },
+    /// As the ship lies: moored where she lies still while the alignment gathers, and by her positions where she moves and
+    /// positions with their uncertainty come.
+    Auto {
+        /// As of a moored ship \[m/s\].
+        sigma_m_s: f64,
+        /// As of positions \[s\].
+        patience_s: f64,
+    },
+}
+
+/// The antenna whose position is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Antenna {
+    /// From the table's centre, in the ship: starboard, forward, up \[m\].
+    pub arm_m: Vector3<f64>,
+    /// How old a position is at its stamp \[s\].
+    pub latency_s: f64,
 }
 
 /// Which errors are estimated.
@@ -88,6 +110,10 @@ pub struct Settings {
     pub prior: InitialUncertainty,
     /// Velocity reference.
     pub reference: Reference,
+    /// The antenna of the positions.
+    pub antenna: Antenna,
+    /// A position, or a measured velocity, further off than so many sigmas is left out; infinite: none is.
+    pub gate_sigmas: f64,
     /// Time between covariance steps \[s\].
     pub step_s: f64,
     /// Length of coarse alignment \[s\].
@@ -140,6 +166,8 @@ impl Default for Settings {
                 gyroscope_drift_rad_s: Vector3::repeat(0.01 * DEG_PER_HOUR),
             },
             reference: Reference::Moored { sigma_m_s: 0.01 },
+            antenna: Antenna::default(),
+            gate_sigmas: 5.0,
             step_s: 1.0,
             coarse_alignment_s: 300.0,
             coarse_alignment_min_s: 60.0,
@@ -168,18 +196,92 @@ pub fn default_noise() -> NoiseDensity {
     }
 }
 
+/// The mooring keeps the ship and the encoders tell the table's turn: so long they are believed together \[s\].
+const LONGEST_TOLD_HOLE_S: f64 = 3600.0;
+
+fn positive(name: &str, value: f64) -> Result<(), Error> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::setting(name, value, "a positive number"))
+    }
+}
+
 impl Settings {
+    /// The normalized innovation squared beyond which a measurement is left out.
+    pub(super) fn gate(&self) -> Option<f64> {
+        self.gate_sigmas
+            .is_finite()
+            .then_some(self.gate_sigmas * self.gate_sigmas)
+    }
+
     /// Settings of the stream that feeds the machine.
     pub(in crate::machines) fn stream(&self) -> StreamSettings {
         StreamSettings {
             longest_bridge_s: self.restart_gap_s,
+            longest_told_hole_s: LONGEST_TOLD_HOLE_S,
             joint_patience_s: 0.0,
             velocity_patience_s: match self.reference {
-                Reference::Moored { .. } => None,
                 Reference::Measured { patience_s } => Some(patience_s),
+                _ => None,
+            },
+            position_patience_s: match self.reference {
+                Reference::Position { patience_s } | Reference::Auto { patience_s, .. } => {
+                    Some(patience_s)
+                }
+                _ => None,
             },
             range: self.range,
         }
+    }
+
+    /// Refuses groups that do not go without each other: the accelerometers' matrix with a vertical channel takes a square that
+    /// nobody estimates for its own, and is then more wrong than no matrix (5 ug/g²: 32 sigma on an independent filter).
+    fn check_groups(&self) -> Result<(), Error> {
+        let groups = &self.groups;
+        let has_matrix = groups.accelerometer_scale_factor != 0.0
+            || groups.accelerometer_installation_rad != 0.0;
+        if self.model == ModelChoice::Whole
+            && has_matrix
+            && groups.accelerometer_quadratic_per_m_s2 == 0.0
+        {
+            return Err(Error::setting(
+                "groups.accelerometer_quadratic_per_m_s2",
+                0,
+                "a positive number (a small one where the squares are known) beside accelerometer scale factors and \
+                 installation angles, which would take the squares for their own; or 0 for all three",
+            ));
+        }
+        Ok(())
+    }
+
+    fn check_reference(&self) -> Result<(), Error> {
+        match self.reference {
+            Reference::Moored { sigma_m_s } => positive("reference.sigma_m_s", sigma_m_s)?,
+            Reference::Measured { patience_s } | Reference::Position { patience_s } => {
+                positive("reference.patience_s", patience_s)?;
+            }
+            Reference::Auto {
+                sigma_m_s,
+                patience_s,
+            } => {
+                positive("reference.sigma_m_s", sigma_m_s)?;
+                positive("reference.patience_s", patience_s)?;
+            }
+        }
+        if !self.antenna.arm_m.iter().all(|v| v.is_finite()) || !self.antenna.latency_s.is_finite()
+        {
+            let given = format!("{:?}", self.antenna);
+            return Err(Error::setting("antenna", given, "finite numbers"));
+        }
+        if self.gate_sigmas.is_nan() || self.gate_sigmas < 1.0 {
+            return Err(Error::setting(
+                "gate_sigmas",
+                self.gate_sigmas,
+                "at least 1",
+            ));
+        }
+        Ok(())
     }
 
     /// Refuses values that mean nothing.
@@ -187,13 +289,6 @@ impl Settings {
     /// # Errors
     /// [`Error::Setting`] with the name of the first setting that is out of range.
     pub fn check(&self) -> Result<(), Error> {
-        let positive = |name: &str, value: f64| {
-            if value.is_finite() && value > 0.0 {
-                Ok(())
-            } else {
-                Err(Error::setting(name, value, "a positive number"))
-            }
-        };
         positive("step_s", self.step_s)?;
         positive("coarse_alignment_s", self.coarse_alignment_s)?;
         positive("coarse_alignment_min_s", self.coarse_alignment_min_s)?;
@@ -249,10 +344,8 @@ impl Settings {
         ] {
             vector.iter().try_for_each(|v| positive(name, *v))?;
         }
-        match self.reference {
-            Reference::Moored { sigma_m_s } => positive("reference.sigma_m_s", sigma_m_s)?,
-            Reference::Measured { patience_s } => positive("reference.patience_s", patience_s)?,
-        }
+        self.check_reference()?;
+        self.check_groups()?;
         if let Some(noise) = &self.noise {
             for value in noise.gyroscope.iter().chain(&noise.accelerometer) {
                 if !(value.is_finite() && *value >= 0.0) {
@@ -275,5 +368,35 @@ impl Settings {
             return Err(Error::setting("window_updates", 0, "at least 1"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Accelerometer matrices without squares are refused by name; a small prior of the squares, or none of them, is not.
+    #[test]
+    fn groups_that_belong_together_come_together() {
+        let whole = |quadratic: f64, matrix: f64| {
+            let groups = GroupPriors {
+                accelerometer_quadratic_per_m_s2: quadratic,
+                accelerometer_scale_factor: matrix,
+                accelerometer_installation_rad: matrix,
+                ..GroupPriors::BY_GRADE
+            };
+            let model = ModelChoice::Whole;
+            Settings {
+                model,
+                groups,
+                ..Settings::default()
+            }
+            .check()
+        };
+        let refused = whole(0.0, -1.0).unwrap_err().to_string();
+        assert!(refused.contains("accelerometer_quadratic"), "{refused}");
+        whole(1e-9, -1.0).unwrap();
+        whole(0.0, 0.0).unwrap();
     }
 }

@@ -269,21 +269,21 @@ pub const KINDS: &[Kind] = &[
         inside: Inside::Whole,
         change: |w, d| {
             w.simulator.imu.errors.accelerometer_matrix =
-                Matrix3::from_diagonal(&d.signs(30.0 * PPM))
+                Matrix3::from_diagonal(&d.signs(30.0 * PPM));
         },
     },
     Kind {
         name: "accelerometer squares 5 ug/g2",
         inside: Inside::Whole,
         change: |w, d| {
-            w.simulator.imu.errors.accelerometer_quadratic = d.signs(5.0 * MICRO_G_PER_G2)
+            w.simulator.imu.errors.accelerometer_quadratic = d.signs(5.0 * MICRO_G_PER_G2);
         },
     },
     Kind {
         name: "accelerometers 25 mm apart",
         inside: Inside::Whole,
         change: |w, d| {
-            w.simulator.imu.errors.accelerometer_arms = Matrix3::from_diagonal(&d.signs(0.025))
+            w.simulator.imu.errors.accelerometer_arms = Matrix3::from_diagonal(&d.signs(0.025));
         },
     },
     Kind {
@@ -316,14 +316,14 @@ pub const KINDS: &[Kind] = &[
         name: "biases grow 5 ug/h",
         inside: Inside::Neither,
         change: |w, d| {
-            w.simulator.imu.wandering.accelerometer_trend = d.signs(5.0 * MICRO_G / 3600.0)
+            w.simulator.imu.wandering.accelerometer_trend = d.signs(5.0 * MICRO_G / 3600.0);
         },
     },
     Kind {
         name: "drifts grow 1e-3 deg/h/h",
         inside: Inside::Neither,
         change: |w, d| {
-            w.simulator.imu.wandering.gyroscope_trend = d.signs(1e-3 * DEG_PER_HOUR / 3600.0)
+            w.simulator.imu.wandering.gyroscope_trend = d.signs(1e-3 * DEG_PER_HOUR / 3600.0);
         },
     },
     Kind {

@@ -385,6 +385,7 @@ impl Trial {
             stamp,
             phase: Phase::Calibrating,
             errors: self.filter.sensor_errors(),
+            table: self.filter.table().errors,
             attitude: navigation.attitude,
             position: Position {
                 latitude_rad: navigation.position.latitude_rad,

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::machines::self_calibration::Calibration;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::Increment;
+use crate::sensor::compensation::Compensator;
 use crate::sensor::errors::SensorErrors;
 use crate::sensor::sample::{ImuSample, NoiseDensity};
 use crate::simulation::{ImuErrorSettings, ImuErrors, TruthSample};
@@ -144,7 +145,7 @@ impl Voyage {
             velocity: Vector3::zeros(),
             position: mooring.position,
         };
-        let compensation = mooring.errors.compensation()?;
+        let mut compensator = Compensator::new(mooring.errors.compensation()?);
         let mut solutions = [Strapdown::new(start), Strapdown::new(start)];
         let mut track = VoyageTrack::default();
         let lies_from = self.turns().count() - (self.duration_s / INTERVAL_S).round() as usize;
@@ -152,7 +153,7 @@ impl Voyage {
         for (index, turn) in self.turns().enumerate() {
             let sample = sea.pass(turn);
             let raw = (sample.angular_rate, sample.specific_force);
-            let corrected = compensation.apply(&raw.0, &raw.1);
+            let corrected = compensator.averages(INTERVAL_S, &raw.0, &raw.1);
             for (solution, (rate, force)) in solutions.iter_mut().zip([corrected, raw]) {
                 solution.propagate(&Increment::from_averages(INTERVAL_S, &rate, &force));
             }

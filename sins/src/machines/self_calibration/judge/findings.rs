@@ -7,7 +7,7 @@ use super::witness::{NINE_NAMES, Testimony};
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::groups::table::BASE_ATTITUDE;
 use crate::estimation::model::{self, Model, Whole};
-use crate::estimation::state::{NamedCovariance, StateEstimate, StateLabel};
+use crate::estimation::state::{StateEstimate, StateLabel, StateValues};
 use crate::units::ARC_SECOND;
 
 /// So many sigmas the judged filter may be from the witness, and a latitude or a left out state from zero.
@@ -159,7 +159,7 @@ pub(in crate::machines::self_calibration) struct Looked<'a> {
     pub(in crate::machines::self_calibration) joints: &'a Joints,
     pub(in crate::machines::self_calibration) filter: &'a AnyFilter,
     pub(in crate::machines::self_calibration) states: &'a StateEstimate,
-    pub(in crate::machines::self_calibration) prior: Option<&'a NamedCovariance>,
+    pub(in crate::machines::self_calibration) prior: &'a StateValues,
     pub(in crate::machines::self_calibration) azimuth_rad: f64,
     pub(in crate::machines::self_calibration) model: ModelChoice,
     pub(in crate::machines::self_calibration) turned: bool,
@@ -174,7 +174,7 @@ impl Looked<'_> {
             bound: LINEAR_RAD,
             about: None,
         }];
-        findings.extend(self.prior.and_then(|prior| self.farthest(prior)));
+        findings.extend(self.farthest());
         if let Some((figure, bound)) = self.joints.turn() {
             findings.push(Finding {
                 test: Test::Joints,
@@ -222,7 +222,7 @@ impl Looked<'_> {
     }
 
     /// The state that is farthest from what was known of it.
-    fn farthest(&self, prior: &NamedCovariance) -> Option<Finding> {
+    fn farthest(&self) -> Option<Finding> {
         let mut worst: Option<Finding> = None;
         for (name, value) in self
             .states
@@ -233,9 +233,10 @@ impl Looked<'_> {
             if self.filter.is_moving(name) || BASE_ATTITUDE.contains(&name) {
                 continue;
             }
-            let (Some(sigma), Some(label)) =
-                (prior.sigma(name).filter(|s| *s > 0.0), model::label(name))
-            else {
+            let (Some(sigma), Some(label)) = (
+                self.prior.value(name).filter(|s| *s > 0.0),
+                model::label(name),
+            ) else {
                 continue;
             };
             let figure = value.abs() / sigma;

@@ -15,11 +15,11 @@ pub use turns::{MeanSquare, Turns};
 pub use witness::Testimony;
 
 pub(super) use findings::Looked;
-pub(super) use witness::Witness;
+pub(super) use witness::{Seen, Witness};
 
 use super::{Phase, Settings};
 use crate::estimation::consistency::InnovationWindow;
-use crate::estimation::state::NamedCovariance;
+use crate::estimation::state::{NamedCovariance, StateValues};
 use crate::stream::counts::StreamCounts;
 
 /// So many refused samples are an accident, whatever their share.
@@ -281,8 +281,8 @@ pub(super) struct Evidence<'a> {
     pub(super) innovations: InnovationReport,
     pub(super) counts: &'a StreamCounts,
     pub(super) covariance: &'a NamedCovariance,
-    /// The covariance that the first alignment began with.
-    pub(super) prior: Option<&'a NamedCovariance>,
+    /// One-sigma of the states before anything was measured.
+    pub(super) prior: Option<&'a StateValues>,
     pub(super) findings: &'a [Finding],
     pub(super) turned: bool,
 }
@@ -334,7 +334,7 @@ impl Evidence<'_> {
         settings.thresholds.iter().find_map(|(label, _)| {
             let state = label.name;
             let sigma = self.covariance.sigma(state)?;
-            let prior = self.prior?.sigma(state)?;
+            let prior = self.prior?.value(state)?;
             (prior > 0.0 && sigma > LEARNED_SHARE * prior).then_some(Doubt::NotLearned {
                 state,
                 sigma,

@@ -10,18 +10,21 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::super::{ModelChoice, Settings};
+use super::super::{ModelChoice, Reference, Settings};
 use super::left_out::{self, LeftOut};
 use super::turns::Turns;
 use crate::error::Error;
-use crate::estimation::filter::{Crossing, InitialUncertainty, Loop, VelocityMeasurement};
+use crate::estimation::filter::{AntennaArm, InitialUncertainty, Loop, VelocityMeasurement};
 use crate::estimation::grade::{Grade, GroupPriors, azimuth_prior_rad};
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
+use crate::estimation::measurement::Outcome;
 use crate::estimation::model::{Model, Whole, WholeFilter};
 use crate::estimation::state::positions;
+use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
-use crate::sensor::{Increment, NoiseDensity, SensorErrors};
+use crate::sensor::{Increment, NoiseDensity, PositionMeasurement, SensorErrors};
+use crate::stream::Interval;
 
 /// Samples are gathered over this before they are integrated \[s\].
 const GATHERED_S: f64 = 0.1;
@@ -44,6 +47,8 @@ const MOVED_RAD_S: f64 = 1e-7;
 const FOUND_RAD: [f64; 2] = [1e-3, 2e-3];
 /// Innovations are counted so long after it began anew \[s\].
 const COUNTED_AFTER_S: f64 = 600.0;
+/// One-sigma of an antenna's arm that was told \[m\].
+const TOLD_ARM_M: f64 = 0.1;
 /// Velocity of a filter that begins anew, one-sigma \[m/s\].
 const VELOCITY_M_S: f64 = 0.1;
 
@@ -78,6 +83,17 @@ pub struct Testimony {
     pub left_out: LeftOut,
 }
 
+/// What ends a covariance step.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::machines::self_calibration) enum Seen<'a> {
+    /// No measurement.
+    Nothing,
+    /// A velocity over ground.
+    Velocity(&'a VelocityMeasurement),
+    /// A position, its age \[s\], the antenna's arm, and the gate.
+    Position(&'a PositionMeasurement, f64, &'a AntennaArm, Option<f64>),
+}
+
 /// The second filter.
 #[derive(Clone, Debug)]
 pub(in crate::machines::self_calibration) struct Witness {
@@ -87,6 +103,8 @@ pub(in crate::machines::self_calibration) struct Witness {
     initial: InitialUncertainty,
     noise: NoiseDensity,
     fix_rad: f64,
+    /// The latitude is measured all the time.
+    is_positioned: bool,
     model: ModelChoice,
     prior: [f64; Whole::N],
     /// Variance of the ship's velocity \[m²/s²\].
@@ -108,13 +126,17 @@ impl Witness {
         place: NavigationState,
         noise: NoiseDensity,
         settings: &Settings,
+        reference: Reference,
     ) -> Result<Self, Error> {
         let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
         let mut initial = settings.prior;
         let [drift, bias] = grade.drift_and_bias();
         initial.gyroscope_drift_rad_s.apply(|s| *s = s.max(drift));
         initial.accelerometer_bias_m_s2.apply(|s| *s = s.max(bias));
-        initial.position_m = UNKNOWN_PLACE_M;
+        let is_positioned = matches!(reference, Reference::Position { .. });
+        if !is_positioned {
+            initial.position_m = UNKNOWN_PLACE_M;
+        }
         let cos_latitude = place.position.latitude_rad.cos();
         let azimuth = azimuth_prior_rad(&initial.gyroscope_drift_rad_s, cos_latitude);
         initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
@@ -123,7 +145,14 @@ impl Witness {
             ModelChoice::Paper => GroupPriors::BY_GRADE,
         }
         .resolved(grade);
-        groups.height_m = groups.height_m.max(UNKNOWN_HEIGHT_M);
+        if is_positioned {
+            if settings.antenna.arm_m != Vector3::zeros() {
+                groups.antenna_arm_m = groups.antenna_arm_m.min(TOLD_ARM_M);
+            }
+        } else {
+            groups.height_m = groups.height_m.max(UNKNOWN_HEIGHT_M);
+            groups.antenna_arm_m = 0.0;
+        }
         // It does not look at the encoders: they are the other's witnesses.
         groups.table_nonorthogonality_rad = 0.0;
         groups.inner_axis_tilt_rad = 0.0;
@@ -144,6 +173,7 @@ impl Witness {
             initial,
             noise,
             fix_rad: place.position.latitude_rad,
+            is_positioned,
             model: settings.model,
             prior,
             level: [STARTING_LEVEL_M_S.powi(2); 3],
@@ -158,15 +188,32 @@ impl Witness {
         })
     }
 
-    /// Takes an interval.
+    /// Goes over an interval as the judged filter does.
     #[inline]
-    pub(in crate::machines::self_calibration) fn propagate(&mut self, increment: &Increment) {
+    pub(in crate::machines::self_calibration) fn advance(
+        &mut self,
+        interval: &Interval,
+        passage: Option<&Passage>,
+    ) -> Result<(), Error> {
+        match passage {
+            Some(Passage::Bridged([angle, velocity])) => {
+                self.flush();
+                self.filter.bridge(*angle, *velocity);
+            }
+            Some(Passage::Held(crossing)) => {
+                self.flush();
+                return self.filter.cross(crossing);
+            }
+            None => {}
+        }
+        let increment = &interval.increment;
         self.gathered.interval_s += increment.interval_s;
         self.gathered.angle += increment.angle;
         self.gathered.velocity += increment.velocity;
         if self.gathered.interval_s > GATHERED_S - 1e-6 {
             self.flush();
         }
+        Ok(())
     }
 
     fn flush(&mut self) {
@@ -181,25 +228,10 @@ impl Witness {
         self.filter.close_loop();
     }
 
-    /// See [`WholeFilter`].
-    pub(in crate::machines::self_calibration) fn bridge(&mut self, angle: f64, velocity: f64) {
-        self.flush();
-        self.filter.bridge(angle, velocity);
-    }
-
-    /// See [`WholeFilter`].
-    pub(in crate::machines::self_calibration) fn cross(
-        &mut self,
-        crossing: &Crossing,
-    ) -> Result<(), Error> {
-        self.flush();
-        self.filter.cross(crossing)
-    }
-
     /// A covariance step, with an update where there is a measurement.
     pub(in crate::machines::self_calibration) fn step(
         &mut self,
-        measurement: Option<&VelocityMeasurement>,
+        seen: Seen<'_>,
     ) -> Result<(), Error> {
         self.flush();
         let seconds = self.filter.pending_s();
@@ -210,8 +242,17 @@ impl Witness {
         self.seconds += seconds;
         self.turns
             .turned(self.filter.navigation().attitude, seconds);
-        if let Some(measurement) = measurement {
-            self.update(measurement, seconds);
+        match seen {
+            Seen::Nothing => {}
+            Seen::Velocity(measurement) => self.update(measurement, seconds),
+            Seen::Position(measurement, age_s, arm, gate) => {
+                let outcomes = self.filter.update_position(measurement, age_s, arm, gate);
+                let normalized = outcomes.map(|outcome| match outcome {
+                    Outcome::Accepted(found) => found.value / found.variance.sqrt(),
+                    _ => 0.0,
+                });
+                self.count(normalized);
+            }
         }
         if self.seconds > self.next_restart_s {
             self.next_restart_s += AGAIN_S;
@@ -250,6 +291,10 @@ impl Witness {
                     (self.level[axis] + (level - self.level[axis]) * share).max(floor);
             }
         }
+        self.count(normalized);
+    }
+
+    fn count(&mut self, normalized: [f64; 3]) {
         if self.seconds > self.counted_from_s {
             self.turns.count(normalized);
         }
@@ -261,8 +306,9 @@ impl Witness {
         self.counted_from_s = self.seconds + COUNTED_AFTER_S;
         self.turns.forget();
         let mut place = *self.filter.navigation();
-        place.velocity.fill(0.0);
-        place.position.latitude_rad = self.fix_rad;
+        if !self.is_positioned {
+            place.position.latitude_rad = self.fix_rad;
+        }
         let found = self.filter.sensor_errors();
         self.linear_about = found.gyroscope_drift;
         let errors = SensorErrors::constant(found.gyroscope_drift, found.accelerometer_bias);
