@@ -179,9 +179,24 @@ impl Plant {
         self.now.seconds_since(self.settings.start)
     }
 
+    /// Where the joints truly stand. The table's controller brings its encoders to the angles that it was told, so that their
+    /// zeros stand in the true angles. (Once a turn it is off by the eccentricity as well, which is seconds of arc.)
+    fn true_joints(&self, at: Stamp) -> JointState {
+        self.truly(self.table.state(at))
+    }
+
+    fn truly(&self, told: JointState) -> JointState {
+        let errors = &self.settings.table_errors;
+        let zeros = [errors.encoder_zero_outer_rad, errors.encoder_zero_inner_rad];
+        JointState {
+            position: [0, 1].map(|joint| told.position[joint] - zeros[joint]),
+            velocity: told.velocity,
+        }
+    }
+
     /// Angles and rates of the joints, now, where they truly stand.
     pub fn joints(&self) -> JointSample {
-        let JointState { position, velocity } = self.table.state(self.now);
+        let JointState { position, velocity } = self.true_joints(self.now);
         JointSample {
             stamp: self.now,
             position,
@@ -228,8 +243,8 @@ impl Plant {
         let late = self.delay_nanos;
         let (gyroscopes, accelerometers) =
             if self.motion.is_at_rest() && self.table.rests(from.plus_nanos(-late), to) {
+                let joints = self.true_joints(from);
                 let resting = *self.resting.get_or_insert_with(|| {
-                    let joints = self.table.state(from);
                     Averages::of(&self.mount.felt(&self.ship, joints, [0.0; 2]))
                 });
                 (resting, resting)
@@ -280,7 +295,7 @@ impl Plant {
                     &moving_ship
                 };
                 let (joints, accelerations) = (
-                    cubic.at(into_s + after_s),
+                    self.truly(cubic.at(into_s + after_s)),
                     cubic.acceleration(into_s + after_s),
                 );
                 sums.add(

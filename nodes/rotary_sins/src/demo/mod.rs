@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use ros2_interfaces::Interface;
 use rotary_sins_msgs::interfaces::topics;
+use sins::machines::self_calibration::ModelChoice;
+use sins::simulation::SensorGrade;
 use sins::table::scheme::Scheme;
 
 use fleet::{Fleet, Program};
@@ -46,6 +48,12 @@ pub struct Options {
     /// Seed of the simulated noise
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u32,
+    /// Sensor and table that are simulated: ideal, table-1, ring-laser, fibre-optic or mems
+    #[arg(long, default_value = "ring-laser", value_name = "KIND")]
+    sensor: String,
+    /// Errors that are estimated: whole or paper
+    #[arg(long, default_value = "whole", value_name = "MODEL")]
+    model: ModelChoice,
     /// Multiple of real time
     #[arg(long, default_value_t = 100.0, value_name = "X")]
     speed: f64,
@@ -74,6 +82,7 @@ impl Options {
             "--speed is {}, expected more than 0",
             self.speed
         );
+        SensorGrade::named(&self.sensor).context("--sensor")?;
         ensure!(
             Scheme::builtin(&self.scheme).is_some() || Path::new(&self.scheme).is_file(),
             "--scheme is {}, expected a file or one of {}",
@@ -278,7 +287,10 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
     programs.extend([
         node(
             "self_calibrator",
-            vec![parameter("queue_depth", QUEUE_DEPTH.to_owned())],
+            vec![
+                parameter("queue_depth", QUEUE_DEPTH.to_owned()),
+                parameter("model", args.model.to_string()),
+            ],
         ),
         node(
             "navigation_compensator",
@@ -304,6 +316,7 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
                 parameter("duration_s", format!("{:?}", args.duration_s() + MARGIN_S)),
                 parameter("imu_rate_hz", format!("{:?}", args.rate)),
                 parameter("seed", args.seed.to_string()),
+                parameter("sensor", args.sensor.clone()),
                 parameter("velocity_aiding", "false".to_owned()),
                 parameter("wait_for_subscribers", format!("[{waits}]")),
                 parameter("wait_timeout_s", format!("{:?}", START.as_secs_f64())),

@@ -7,10 +7,11 @@ use anyhow::{Context, Result, bail};
 use bags::{Bag, Sample, SensorOptions, SensorStream};
 use nalgebra::Vector3;
 use ros2_interfaces::nav_msgs::Odometry;
-use rotary_sins_msgs::SelfCalibrationEstimate;
 use rotary_sins_msgs::convert::stamp_from_time;
 use rotary_sins_msgs::interfaces::topics::{ESTIMATE, TRUE_CALIBRATION, TRUE_ODOMETRY};
+use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use sins::Stamp;
+use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::stream::order::StampOrder;
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
@@ -64,7 +65,7 @@ pub struct Consumer {
 /// The result of a run.
 #[derive(Clone, Debug)]
 pub struct DemoResult {
-    /// The nine estimates.
+    /// The nine estimates, and those of the groups beyond them.
     pub rows: Vec<Row>,
     /// The estimate they are from.
     pub estimate: SelfCalibrationEstimate,
@@ -76,6 +77,8 @@ pub struct DemoResult {
     pub navigation: [Option<PositionError>; 2],
     /// Processes that did not end as they should.
     pub unclean: Vec<String>,
+    /// What the scheme ended by, where the table did not follow.
+    pub scheme_fault: Option<String>,
 }
 
 impl DemoResult {
@@ -156,8 +159,14 @@ impl DemoResult {
                 sigma: sigma[axis] / scale,
             }));
         }
+        rows.extend(further_rows(&estimate, &truth));
+        let scheme_fault = seen
+            .scheme
+            .filter(|scheme| scheme.state == SchemeStatus::FAULT)
+            .map(|scheme| scheme.message);
         Ok(Self {
             rows,
+            scheme_fault,
             estimate,
             consumers,
             sent: args.samples(),
@@ -184,6 +193,7 @@ impl DemoResult {
                 .iter()
                 .all(|consumer| self.is_whole(consumer))
             && self.unclean.is_empty()
+            && self.scheme_fault.is_none()
     }
 
     /// What is wrong, one line each.
@@ -216,12 +226,40 @@ impl DemoResult {
             ));
         }
         faults.extend(
+            self.scheme_fault
+                .iter()
+                .map(|why| format!("the scheme did not run: {why}")),
+        );
+        faults.extend(
             self.unclean
                 .iter()
                 .map(|name| format!("{name} did not end cleanly")),
         );
         faults
     }
+}
+
+/// Estimates of the groups beyond the nine, by their names.
+fn further_rows(estimate: &SelfCalibrationEstimate, truth: &Calibration) -> Vec<Row> {
+    let count = estimate.state_names.len();
+    let is_row =
+        |name: &str| !(GYROSCOPE_DRIFT.contains(&name) || ACCELEROMETER_BIAS.contains(&name));
+    let named = estimate.state_names.iter().enumerate();
+    named
+        .filter(|(_, name)| is_row(name))
+        .filter_map(|(at, name)| {
+            let true_at = truth.state_names.iter().position(|known| known == name)?;
+            let label = sins::estimation::model::label(name)?;
+            let variance = estimate.covariance.get(at * count + at)?;
+            Some(Row {
+                name: label.words.to_owned(),
+                unit: label.unit,
+                truth: truth.state.get(true_at)? / label.scale,
+                estimate: estimate.state.get(at)? / label.scale,
+                sigma: variance.sqrt() / label.scale,
+            })
+        })
+        .collect()
 }
 
 /// The true pose nearest in time; `None` where there is none within two seconds.
