@@ -159,7 +159,8 @@ impl Running {
         let attitude = self.filter.navigation().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
         if settings.witness {
-            if let Some(joints) = joints {
+            let lies = matches!(self.aiding.reference(), Reference::Moored { .. });
+            if let Some(joints) = joints.filter(|_| lies) {
                 let sigma = self.filter.largest_misalignment_sigma();
                 let table = settings.turntable;
                 self.joints
@@ -174,9 +175,10 @@ impl Running {
     }
 
     fn ask_witness(&mut self, seen: Seen<'_>) -> Result<(), Error> {
+        let latitude_rad = self.filter.navigation().position.latitude_rad;
         self.witness
             .as_mut()
-            .map_or(Ok(()), |witness| witness.step(seen))
+            .map_or(Ok(()), |witness| witness.step(seen, latitude_rad))
     }
 
     /// Makes the judge's tests.

@@ -203,12 +203,15 @@ impl Looked<'_> {
                 .map(|label| (label, found.value, found.sigma)),
         };
         let left_out = &testimony.left_out;
-        findings.push(single(
+        let latitude = single(
             Test::Latitude,
             &left_out.latitude,
             left_out.latitude.over().abs(),
             SIGMAS,
-        ));
+        );
+        if left_out.latitude.sigma > 0.0 {
+            findings.push(latitude);
+        }
         if self.model == ModelChoice::Paper && left_out.bound > 0.0 {
             findings.push(single(
                 Test::LeftOut,

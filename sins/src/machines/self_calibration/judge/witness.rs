@@ -11,7 +11,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::{ModelChoice, Reference, Settings};
-use super::left_out::{self, LeftOut};
+use super::left_out::{self, LeftOut, Single};
 use super::turns::Turns;
 use crate::error::Error;
 use crate::estimation::filter::{AntennaArm, InitialUncertainty, Loop, VelocityMeasurement};
@@ -102,7 +102,8 @@ pub(in crate::machines::self_calibration) struct Witness {
     groups: GroupPriors,
     initial: InitialUncertainty,
     noise: NoiseDensity,
-    fix_rad: f64,
+    /// Latitude by the filter that is judged, which takes it from the fix \[rad\].
+    told_rad: f64,
     /// The latitude is measured all the time.
     is_positioned: bool,
     model: ModelChoice,
@@ -172,7 +173,7 @@ impl Witness {
             groups,
             initial,
             noise,
-            fix_rad: place.position.latitude_rad,
+            told_rad: place.position.latitude_rad,
             is_positioned,
             model: settings.model,
             prior,
@@ -232,7 +233,9 @@ impl Witness {
     pub(in crate::machines::self_calibration) fn step(
         &mut self,
         seen: Seen<'_>,
+        latitude_rad: f64,
     ) -> Result<(), Error> {
+        self.told_rad = latitude_rad;
         self.flush();
         let seconds = self.filter.pending_s();
         self.filter.step()?;
@@ -264,7 +267,10 @@ impl Witness {
         }
         if self.seconds >= self.next_look_s {
             self.next_look_s = self.seconds + left_out::PERIOD_S;
-            self.left_out = LeftOut::look(&self.filter, &self.prior, self.fix_rad, self.model);
+            self.left_out = LeftOut::look(&self.filter, &self.prior, self.told_rad, self.model);
+            if self.is_positioned {
+                self.left_out.latitude = Single::default();
+            }
         }
         Ok(())
     }
@@ -307,7 +313,7 @@ impl Witness {
         self.turns.forget();
         let mut place = *self.filter.navigation();
         if !self.is_positioned {
-            place.position.latitude_rad = self.fix_rad;
+            place.position.latitude_rad = self.told_rad;
         }
         let found = self.filter.sensor_errors();
         self.linear_about = found.gyroscope_drift;
