@@ -7,7 +7,7 @@ use sins::estimation::model::{Model, Whole};
 use sins::estimation::state::NamedCovariance;
 use sins::machines::navigator::{Navigator, NavigatorEvent, NavigatorOutput, NavigatorSettings};
 use sins::machines::self_calibration::{
-    Calibration, ModelChoice, Phase, SelfCalibration, Settings,
+    Calibration, EncoderUse, Event, ModelChoice, Phase, SelfCalibration, Settings,
 };
 use sins::sensor::ImuSample;
 use sins::simulation::{
@@ -183,4 +183,52 @@ fn samples_are_handed_on_without_any_error() {
     let covariance = last.unwrap().compensated.covariance;
     assert!(covariance.sigma("gyroscope_scale_factor_z").is_some());
     assert!(covariance.sigma("height_error_m").is_none());
+}
+
+/// Readings of the encoders that come behind their samples, as they may over a network, give the same estimate to the last bit as
+/// those that come before.
+#[test]
+fn encoders_may_come_late() {
+    let drawn = SensorGrade::RingLaser.draw(5);
+    let by_delay = [0, 3].map(|delay: usize| {
+        let settings = Settings {
+            model: ModelChoice::Whole,
+            ..Settings::default()
+        };
+        let mut machine = SelfCalibration::new(settings).unwrap();
+        let mut late = std::collections::VecDeque::new();
+        let mut last = None;
+        for tick in record(&drawn, 5, 0.3) {
+            let tick = tick.unwrap();
+            if let Some(fix) = place(&tick) {
+                machine.push_position(fix).unwrap();
+            }
+            late.push_back(tick.joints);
+            if delay > 0 {
+                machine.push_imu(&tick.imu);
+            }
+            if late.len() > delay
+                && let Some(joints) = late.pop_front().flatten()
+            {
+                machine.push_joints(joints).unwrap();
+            }
+            if delay == 0 {
+                machine.push_imu(&tick.imu);
+            }
+            while let Some(event) = machine.poll() {
+                // The last samples of the late one still wait for their readings.
+                if let Event::Estimate(estimate) = event
+                    && estimate.duration_s < 1000.5
+                {
+                    last = Some(estimate);
+                }
+            }
+        }
+        last.unwrap()
+    });
+    let [before, behind] = by_delay;
+    assert!(matches!(before.encoders, EncoderUse::Used(n) if n > 100));
+    assert_eq!(before.stamp, behind.stamp);
+    assert_eq!(before.encoders, behind.encoders);
+    assert_eq!(before.states, behind.states);
 }

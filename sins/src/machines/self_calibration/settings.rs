@@ -188,6 +188,9 @@ impl Default for Settings {
     }
 }
 
+/// So much later than a sample, by the stamps, the reading of the encoders may come that covers it \[s\].
+const ENCODER_PATIENCE_S: f64 = 2.0;
+
 /// The noise of reading D (0.001 deg/√h, 10 ug/√Hz), used where neither settings nor samples tell any.
 pub fn default_noise() -> NoiseDensity {
     NoiseDensity {
@@ -215,12 +218,22 @@ impl Settings {
             .then_some(self.gate_sigmas * self.gate_sigmas)
     }
 
+    /// Whether readings of the encoders are measurements.
+    fn measures_encoders(&self) -> bool {
+        self.model == ModelChoice::Whole && self.encoders.is_some()
+    }
+
     /// Settings of the stream that feeds the machine.
     pub(in crate::machines) fn stream(&self) -> StreamSettings {
         StreamSettings {
             longest_bridge_s: self.restart_gap_s,
             longest_told_hole_s: LONGEST_TOLD_HOLE_S,
-            joint_patience_s: 0.0,
+            // What is measured must not depend on which of two messages comes first.
+            joint_patience_s: if self.measures_encoders() {
+                ENCODER_PATIENCE_S
+            } else {
+                0.0
+            },
             velocity_patience_s: match self.reference {
                 Reference::Measured { patience_s } => Some(patience_s),
                 _ => None,
