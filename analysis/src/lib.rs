@@ -1,6 +1,7 @@
 //! Studies over the mathematics of `sins`, and the report on one recorded run.
 //!
 //! - [`compare`]: the paper's simulations, reproduced, and its claims judged.
+//! - [`assurance`]: how often the judge is wrong, over drawn worlds.
 //! - [`experiment`]: the paper's experiment on simulated IMUs.
 //! - [`observability`]: what a rotation scheme can show, before anything is measured.
 //! - [`run_report`]: one page about one recorded run.
@@ -8,6 +9,7 @@
 //! Each gives values, a text, JSON and a page. Nothing here prints, reads arguments or speaks to a network: who wants to
 //! know how far the work is gives a [`Listener`].
 
+pub mod assurance;
 pub mod compare;
 mod error;
 pub mod experiment;

@@ -6,6 +6,7 @@
 
 mod align;
 mod ament_types;
+mod assurance;
 mod calibrate;
 mod compare;
 mod demo;
@@ -53,6 +54,8 @@ enum Command {
     Compare(compare::Options),
     /// Repeat the paper's experiment on simulated IMUs
     Experiment(experiment::Options),
+    /// Draw worlds, inside the model and outside, and say how often the judge is wrong
+    Assurance(assurance::Options),
     /// Say what a rotation scheme can show of the errors, and how well
     Observability(observability::Options),
     /// Make a page about one recorded run: estimates, consistency, steps, gaps, verdict
@@ -127,6 +130,7 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Navigate(options) => navigate::run(&options)?,
         Command::Compare(options) => compare::run(&options)?,
         Command::Experiment(options) => experiment::run(&options)?,
+        Command::Assurance(options) => assurance::run(&options)?,
         Command::Observability(options) => observability::run(&options)?,
         Command::Report(options) => run_report::run(&options)?,
         Command::Demo(options) => demo::run(&options)?,

@@ -80,6 +80,7 @@ impl AnyFilter {
         named_covariance() -> NamedCovariance;
         counts() -> UpdateCounts;
         pending_s() -> f64;
+        largest_misalignment_sigma() -> f64;
     }
 
     pass_on! {

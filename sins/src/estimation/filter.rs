@@ -206,6 +206,16 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         self.seconds
     }
 
+    /// The greatest one-sigma of the misalignment \[rad\].
+    pub fn largest_misalignment_sigma(&self) -> f64 {
+        let covariance = self.kalman.covariance();
+        let variance = (0..3).map(|axis| {
+            let state = navigation::MISALIGNMENT_EAST + axis;
+            covariance[(state, state)]
+        });
+        variance.fold(0.0, f64::max).sqrt()
+    }
+
     /// Brings the covariance up to the mechanization: Φ = I + A + A²/2 with A = ∫F dt as gathered, noise by the trapezoid.
     ///
     /// # Errors
@@ -276,6 +286,15 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
             Measurement::new(Row::unit(rows[axis]), error, variance).gated(gate)
         });
         self.update(&measurements)
+    }
+
+    /// Measures one component of the velocity error: east (0) or north (1) \[m/s\], with its variance \[m²/s²\].
+    pub fn update_velocity_axis(&mut self, axis: usize, measured: f64, variance: f64) -> Outcome {
+        let rows = [navigation::VELOCITY_EAST, navigation::VELOCITY_NORTH];
+        let axis = axis.min(1);
+        let error = self.strapdown.state().velocity[axis] - measured;
+        let [outcome] = self.update(&[Measurement::new(Row::unit(rows[axis]), error, variance)]);
+        outcome
     }
 
     /// Measures the vertical velocity \[m/s\], one-sigma `sigma_m_s`; a filter without a vertical channel refuses.

@@ -17,6 +17,8 @@ impl Navigator {
         settings.model = model_of(&calibration.covariance);
         // The ship lies: what the encoders would tell of the table is not asked for.
         settings.encoders = None;
+        // It stands still: nobody could say what a turn does.
+        settings.witness = false;
         let longest_s = settings.restart_gap_s;
         let first = self.history.front().map(|(sample, _)| sample.stamp);
         let now = first.unwrap_or(calibration.stamp);

@@ -1,11 +1,13 @@
 //! What self-calibration hands back.
 
+use std::sync::Arc;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::Settings;
 use super::encoders::EncoderUse;
-use super::judge::{Evidence, InnovationReport, Verdict};
+use super::judge::{Evidence, Finding, InnovationReport, Testimony, Verdict};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
@@ -110,6 +112,10 @@ pub struct Estimate {
     pub innovations: InnovationReport,
     /// The block has turned since fine alignment began, or did before an alignment that was started anew.
     pub turned: bool,
+    /// What the filter beside says.
+    pub testimony: Option<Testimony>,
+    /// What the judge's tests found; they are made once a minute.
+    pub findings: Arc<[Finding]>,
     /// What became of the encoders.
     pub encoders: EncoderUse,
     /// Samples.
@@ -124,6 +130,8 @@ impl Estimate {
             innovations: self.innovations,
             counts: &self.samples.counts,
             covariance: self.states.covariance(),
+            prior: Some(&self.prior),
+            findings: &self.findings,
             turned: self.turned,
         }
     }

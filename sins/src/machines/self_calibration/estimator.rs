@@ -1,13 +1,14 @@
 //! Self-calibration behind its stream: intervals in, events out.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
 use super::encoders::Encoders;
-use super::judge::{Evidence, Judge};
+use super::judge::{Evidence, Joints, Judge, Witness};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
@@ -143,6 +144,8 @@ impl Estimator {
                 innovations: run.judge.report(),
                 counts: &stream.counts(),
                 covariance: &run.filter.named_covariance(),
+                prior: Some(&run.prior),
+                findings: &run.findings,
                 turned: run.turned,
             }
             .phase(&self.settings),
@@ -316,6 +319,15 @@ impl Estimator {
                     |before| before.of_next_alignment(&self.settings),
                 ),
                 normalized: (0.0, 0),
+                witness: if self.settings.witness {
+                    Some(Witness::new(place, noise, &self.settings, reference)?)
+                } else {
+                    None
+                },
+                joints: Joints::default(),
+                findings: Arc::default(),
+                azimuth_rad: 0.0,
+                steps: 0,
                 reference_attitude: coarse.at_start,
                 turned: false,
                 reference_vehicle: coarse.at_start,
@@ -348,6 +360,10 @@ impl Estimator {
         };
         self.missing_velocities += missing;
         run.filter.close_loop();
+        if let Some(witness) = &mut run.witness {
+            witness.close_loop();
+        }
+        run.azimuth_rad = run.azimuth_sigma_rad();
         run.reference_attitude = run.filter.navigation().attitude;
         run.turned |= known.is_some_and(|known| known.turned);
         if let Some(stamp) = last_update {
@@ -408,6 +424,8 @@ impl Estimator {
             prior: run.prior.clone(),
             innovations: run.judge.report(),
             turned: run.turned,
+            testimony: run.witness.as_ref().map(Witness::testimony),
+            findings: run.findings.clone(),
             encoders: run.encoders.usage(),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),

@@ -36,7 +36,10 @@ pub use estimate::{Calibration, Estimate, NOT_KNOWN, Phase, SampleReport};
 pub(in crate::machines) use estimator::Estimator;
 pub use event::Event;
 pub use further_errors::{further_errors, named_errors};
-pub use judge::{Doubt, InnovationReport, Verdict};
+pub use judge::{
+    Doubt, Finding, InnovationReport, Joints, LeftOut, MeanSquare, Single, Test, TestResult,
+    Testimony, Turns, Verdict,
+};
 pub(in crate::machines) use sensor_knowledge::SensorKnowledge;
 pub use sensor_knowledge::SensorWalk;
 pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};

@@ -1,22 +1,28 @@
 //! The filter once it runs.
 
+use std::sync::Arc;
+
 use nalgebra::UnitQuaternion;
 
-use super::Settings;
 use super::aiding::{Aiding, Due};
 use super::encoders::Encoders;
-use super::judge::Judge;
+use super::judge::{Finding, Joints, Judge, Looked, Seen, Witness};
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
+use super::{ModelChoice, Settings};
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::filter::AntennaArm;
+use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::{Innovation, Outcome};
 use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
 use crate::time::Stamp;
+
+/// The judge's tests are made once in so many steps.
+const LOOK_STEPS: u64 = 60;
 
 /// What an interval brought.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,6 +51,15 @@ pub(super) struct Running {
     pub(super) judge: Judge,
     /// Sum of the normalized innovations squared of the pairs, and their number.
     pub(super) normalized: (f64, u64),
+    /// The filter beside.
+    pub(super) witness: Option<Witness>,
+    /// Joints against gyroscopes.
+    pub(super) joints: Joints,
+    /// What the judge's tests found.
+    pub(super) findings: Arc<[Finding]>,
+    /// One-sigma of the azimuth when the loop was closed \[rad\].
+    pub(super) azimuth_rad: f64,
+    pub(super) steps: u64,
     /// Attitude when fine alignment began; the turn from it begins calibration.
     pub(super) reference_attitude: UnitQuaternion<f64>,
     pub(super) turned: bool,
@@ -80,6 +95,9 @@ impl Running {
         if !held {
             self.filter.propagate(&interval.increment);
         }
+        if let Some(witness) = &mut self.witness {
+            witness.advance(interval, passage.as_ref())?;
+        }
         self.last = interval.stamp;
         let mut advance = Advance {
             passage,
@@ -93,12 +111,16 @@ impl Running {
         let carried = self.filter.navigation().attitude;
         match due {
             Due::Nothing => {}
-            Due::Step => advance.velocity_missing = true,
+            Due::Step => {
+                advance.velocity_missing = true;
+                self.ask_witness(Seen::Nothing)?;
+            }
             Due::Update(measurement) => {
                 let gate = match self.aiding.reference() {
                     Reference::Measured { .. } => settings.gate(),
                     _ => None,
                 };
+                self.ask_witness(Seen::Velocity(&measurement))?;
                 let outcomes = self.filter.update_velocity(&measurement, gate);
                 self.judge_pair(&outcomes);
                 if self.filter.has_vertical_channel() {
@@ -115,6 +137,7 @@ impl Running {
                 let measurement = &position.measurement;
                 let behind_s = interval.stamp.seconds_since(measurement.stamp);
                 let age_s = behind_s + settings.antenna.latency_s;
+                self.ask_witness(Seen::Position(measurement, age_s, &arm, settings.gate()))?;
                 let [east, north, _] =
                     self.filter
                         .update_position(measurement, age_s, &arm, settings.gate());
@@ -135,7 +158,50 @@ impl Running {
         advance.stepped = true;
         let attitude = self.filter.navigation().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
+        if settings.witness {
+            let lies = matches!(self.aiding.reference(), Reference::Moored { .. });
+            if let Some(joints) = joints.filter(|_| lies) {
+                let sigma = self.filter.largest_misalignment_sigma();
+                let table = settings.turntable;
+                self.joints
+                    .take(interval.stamp, joints, table, &attitude, sigma);
+            }
+            self.steps += 1;
+            if self.steps.is_multiple_of(LOOK_STEPS) {
+                self.look(settings.model);
+            }
+        }
         Ok(advance)
+    }
+
+    fn ask_witness(&mut self, seen: Seen<'_>) -> Result<(), Error> {
+        let latitude_rad = self.filter.navigation().position.latitude_rad;
+        self.witness
+            .as_mut()
+            .map_or(Ok(()), |witness| witness.step(seen, latitude_rad))
+    }
+
+    /// Makes the judge's tests.
+    fn look(&mut self, model: ModelChoice) {
+        let states = self.filter.estimate();
+        let testimony = self.witness.as_ref().map(Witness::testimony);
+        let looked = Looked {
+            testimony: testimony.as_ref(),
+            joints: &self.joints,
+            filter: &self.filter,
+            states: &states,
+            prior: &self.prior,
+            azimuth_rad: self.azimuth_rad,
+            model,
+            turned: self.turned,
+        };
+        self.findings = looked.findings().into();
+    }
+
+    /// One-sigma of the azimuth \[rad\].
+    pub(super) fn azimuth_sigma_rad(&self) -> f64 {
+        let covariance = self.filter.named_covariance();
+        covariance.sigma(MISALIGNMENT[2]).unwrap_or(f64::NAN)
     }
 
     /// The innovations of a pair; one of which a component was left out says nothing.

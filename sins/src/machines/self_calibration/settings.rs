@@ -141,6 +141,8 @@ pub struct Settings {
     pub unseen: UnseenMotion,
     /// So many windows have to pass before a run that failed the innovation test counts as consistent again.
     pub recovery_windows: usize,
+    /// Whether a second filter runs beside for the judge to ask. Without it he sees the innovations alone.
+    pub witness: bool,
     /// A greater share of refused samples speaks against an estimate.
     pub refused_share: f64,
     /// A greater share of holes speaks against an estimate.
@@ -179,6 +181,7 @@ impl Default for Settings {
             walk: SensorWalk::default(),
             unseen: UnseenMotion::default(),
             recovery_windows: 6,
+            witness: true,
             refused_share: 0.01,
             gap_share: 0.1,
         }

@@ -51,7 +51,8 @@ pub static CALIBRATED: [StateLabel; CALIBRATED_STATES] = {
     labels
 };
 
-const CALIBRATED_NAMES: [&str; CALIBRATED_STATES] = [
+/// Their names.
+pub const CALIBRATED_NAMES: [&str; CALIBRATED_STATES] = [
     MISALIGNMENT[0],
     MISALIGNMENT[1],
     MISALIGNMENT[2],

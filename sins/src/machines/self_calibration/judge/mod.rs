@@ -2,9 +2,24 @@
 
 use serde::Serialize;
 
+mod findings;
+mod joints;
+mod left_out;
+mod turns;
+mod witness;
+
+pub use findings::{Finding, Test};
+pub use joints::Joints;
+pub use left_out::{LeftOut, Single};
+pub use turns::{MeanSquare, Turns};
+pub use witness::Testimony;
+
+pub(super) use findings::Looked;
+pub(super) use witness::{Seen, Witness};
+
 use super::{Phase, Settings};
 use crate::estimation::consistency::InnovationWindow;
-use crate::estimation::state::NamedCovariance;
+use crate::estimation::state::{NamedCovariance, StateValues};
 use crate::stream::counts::StreamCounts;
 
 /// So many refused samples are an accident, whatever their share.
@@ -118,6 +133,17 @@ pub enum Doubt {
         /// Its name.
         state: &'static str,
     },
+    /// A state is asked for that has kept its prior: nothing has been learned of it.
+    NotLearned {
+        /// Its name.
+        state: &'static str,
+        /// One-sigma, SI.
+        sigma: f64,
+        /// One-sigma before, SI.
+        prior: f64,
+    },
+    /// A test failed.
+    Found(Finding),
     /// Too many samples were refused.
     Refused {
         /// So many.
@@ -164,6 +190,15 @@ impl std::fmt::Display for Doubt {
                     "{state} is asked for, and is none of the filter's states"
                 )
             }
+            Self::NotLearned {
+                state,
+                sigma,
+                prior,
+            } => write!(
+                f,
+                "nothing has been learned of {state}: 1 sigma is {sigma:.3e}, and was {prior:.3e} before"
+            ),
+            Self::Found(finding) => finding.fmt(f),
             Self::Refused { refused, of } => write!(
                 f,
                 "{refused} of {of} samples were refused ({:.1} %)",
@@ -175,7 +210,7 @@ impl std::fmt::Display for Doubt {
 }
 
 /// The verdict on an estimate.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[allow(
     clippy::struct_excessive_bools,
     reason = "one a test, as the JSON has it"
@@ -193,9 +228,52 @@ pub struct Verdict {
     pub sigmas: bool,
     /// The block has turned, so that sensor errors and attitude come apart.
     pub turned: bool,
+    /// Every state that is asked for is better known than before.
+    pub learned: bool,
     /// What speaks against the estimate, in words; empty where it converged.
     pub reasons: Vec<String>,
+    /// Every test that could be made.
+    pub tests: Vec<TestResult>,
 }
+
+/// A test as JSON has it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TestResult {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether it passed.
+    pub passed: bool,
+    /// Its figure.
+    pub figure: f64,
+    /// How large the figure may be.
+    pub bound: f64,
+    /// The state that the figure is about, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub state: Option<&'static str>,
+    /// Its value or difference, SI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// The one-sigma that goes with it, SI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
+}
+
+impl From<&Finding> for TestResult {
+    fn from(finding: &Finding) -> Self {
+        Self {
+            name: finding.test.name(),
+            passed: finding.passes(),
+            figure: finding.figure,
+            bound: finding.bound,
+            state: finding.about.map(|(label, _, _)| label.name),
+            value: finding.about.map(|(_, value, _)| value),
+            sigma: finding.about.map(|(_, _, sigma)| sigma),
+        }
+    }
+}
+
+/// A state that is asked for and keeps more than this share of its prior sigma has not been learned.
+const LEARNED_SHARE: f64 = 0.7;
 
 /// What the judge looks at.
 #[derive(Clone, Copy, Debug)]
@@ -203,19 +281,23 @@ pub(super) struct Evidence<'a> {
     pub(super) innovations: InnovationReport,
     pub(super) counts: &'a StreamCounts,
     pub(super) covariance: &'a NamedCovariance,
+    /// One-sigma of the states before anything was measured.
+    pub(super) prior: Option<&'a StateValues>,
+    pub(super) findings: &'a [Finding],
     pub(super) turned: bool,
 }
 
 impl Evidence<'_> {
     /// The phase of a running filter.
     pub(super) fn phase(&self, settings: &Settings) -> Phase {
-        if self.innovations.doubtful {
+        if self.innovations.doubtful || self.failed().next().is_some() {
             Phase::Inconsistent
         } else if !self.turned {
             Phase::FineAlignment
         } else if self.innovations.is_full
             && self.stream_doubt(settings).is_none()
             && self.sigma_doubt(settings).is_none()
+            && self.unlearned(settings).is_none()
         {
             Phase::Converged
         } else {
@@ -232,12 +314,33 @@ impl Evidence<'_> {
         } else if !innovations.is_full {
             doubts.push(Doubt::WindowNotFull);
         }
+        doubts.extend(self.failed().map(|finding| Doubt::Found(*finding)));
         if !self.turned {
             doubts.push(Doubt::NotTurned);
         }
         doubts.extend(self.stream_doubt(settings));
         doubts.extend(self.sigma_doubt(settings));
+        doubts.extend(self.unlearned(settings));
         doubts
+    }
+
+    /// Tests that failed.
+    fn failed(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(|finding| !finding.passes())
+    }
+
+    /// A state that is asked for and that nothing has been learned of.
+    fn unlearned(&self, settings: &Settings) -> Option<Doubt> {
+        settings.thresholds.iter().find_map(|(label, _)| {
+            let state = label.name;
+            let sigma = self.covariance.sigma(state)?;
+            let prior = self.prior?.value(state)?;
+            (prior > 0.0 && sigma > LEARNED_SHARE * prior).then_some(Doubt::NotLearned {
+                state,
+                sigma,
+                prior,
+            })
+        })
     }
 
     fn sigma_doubt(&self, settings: &Settings) -> Option<Doubt> {
@@ -287,7 +390,9 @@ impl Evidence<'_> {
             samples: self.stream_doubt(settings).is_none(),
             sigmas: self.sigma_doubt(settings).is_none(),
             turned: self.turned,
+            learned: self.unlearned(settings).is_none(),
             reasons: self.doubts(settings).iter().map(Doubt::to_string).collect(),
+            tests: self.findings.iter().map(TestResult::from).collect(),
         }
     }
 }
@@ -321,6 +426,8 @@ mod tests {
             innovations: judge.report(),
             counts,
             covariance,
+            prior: None,
+            findings: &[],
             turned: true,
         }
     }

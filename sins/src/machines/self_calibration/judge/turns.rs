@@ -1,0 +1,157 @@
+//! Innovations after turns against innovations far from them.
+//!
+//! What a turn does to a sensor whose errors are described is described too: innovations after it are as large as at rest. A scale
+//! factor, an angle, an arm or a bias that the filter holds for something else jumps into the velocity with every turn. Taken
+//! one by one innovations show little of it, because the ship's motion is in each of them; a jump of the level lasts, so that
+//! their means over [`BLOCK`] show it.
+
+use nalgebra::UnitQuaternion;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// A block that turns faster is turned by its table \[rad/s\].
+const TURNS_RAD_S: f64 = 0.009;
+/// So long after a turn innovations are those after it \[s\].
+const AFTER_S: f64 = 60.0;
+/// And from here on they are quiet \[s\].
+const QUIET_S: f64 = 120.0;
+/// Innovations of so many updates are taken together.
+const BLOCK: u32 = 20;
+/// Fewer values say nothing yet.
+const FEWEST: f64 = 24.0;
+/// Probability that a test fails when all is well.
+const FALSE_ALARM: f64 = 1e-5;
+/// How far the level at rest may be off the filter's for reasons that cost nothing: rounding of counts, say.
+const LEVEL_TOLERANCE: f64 = 1.15;
+
+/// A mean square.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeanSquare {
+    sum: f64,
+    count: f64,
+}
+
+impl MeanSquare {
+    fn add(&mut self, values: &[f64]) {
+        self.sum += values.iter().map(|value| value * value).sum::<f64>();
+        self.count += values.len() as f64;
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            count: self.count + other.count,
+        }
+    }
+
+    /// The mean; zero of nothing.
+    pub fn mean(&self) -> f64 {
+        self.sum / self.count.max(1.0)
+    }
+
+    /// Of so many values.
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+
+    /// How far above one it may be by chance.
+    fn excess(&self) -> f64 {
+        ChiSquared::new(self.count.max(1.0)).map_or(f64::INFINITY, |d| {
+            d.inverse_cdf(1.0 - FALSE_ALARM) / self.count.max(1.0)
+        })
+    }
+}
+
+/// Means of normalized innovations over [`BLOCK`], east, north and up, times the root of their number: of variance one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turns {
+    attitude: UnitQuaternion<f64>,
+    since_turn_s: f64,
+    sums: [f64; 3],
+    summed: u32,
+    /// While the block turns and shortly after.
+    pub after: MeanSquare,
+    /// At rest.
+    pub quiet: MeanSquare,
+    /// At rest, upwards.
+    pub quiet_up: MeanSquare,
+}
+
+impl Turns {
+    pub(super) fn new(attitude: UnitQuaternion<f64>) -> Self {
+        Self {
+            attitude,
+            since_turn_s: 0.0,
+            sums: [0.0; 3],
+            summed: 0,
+            after: MeanSquare::default(),
+            quiet: MeanSquare::default(),
+            quiet_up: MeanSquare::default(),
+        }
+    }
+
+    /// Counts anew.
+    pub(super) fn forget(&mut self) {
+        *self = Self {
+            since_turn_s: self.since_turn_s,
+            ..Self::new(self.attitude)
+        };
+    }
+
+    /// Another step, at the end of which the block stands like this.
+    pub(super) fn turned(&mut self, attitude: UnitQuaternion<f64>, seconds: f64) {
+        let turned = attitude.angle_to(&self.attitude);
+        self.attitude = attitude;
+        if turned > TURNS_RAD_S * seconds {
+            self.since_turn_s = 0.0;
+        } else {
+            self.since_turn_s += seconds;
+        }
+    }
+
+    /// No turn for long enough.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.since_turn_s > QUIET_S
+    }
+
+    /// Counts normalized innovations, east, north and up.
+    pub(super) fn count(&mut self, normalized: [f64; 3]) {
+        let is_after = self.since_turn_s <= AFTER_S;
+        if !(is_after || self.is_quiet()) {
+            (self.sums, self.summed) = ([0.0; 3], 0);
+            return;
+        }
+        for (sum, value) in self.sums.iter_mut().zip(normalized) {
+            *sum += value;
+        }
+        self.summed += 1;
+        if self.summed == BLOCK {
+            let means = self.sums.map(|sum| sum / f64::from(BLOCK).sqrt());
+            if is_after {
+                self.after.add(&means[..2]);
+            } else {
+                self.quiet.add(&means[..2]);
+                self.quiet_up.add(&means[2..]);
+            }
+            (self.sums, self.summed) = ([0.0; 3], 0);
+        }
+    }
+
+    /// Mean square after turns over that at rest, and how large it may be by chance; `None` where too few have been counted. A level
+    /// at rest below the filter's own is taken as it is.
+    pub fn ratio(&self) -> Option<(f64, f64)> {
+        (self.after.count >= FEWEST && self.quiet.count >= FEWEST).then(|| {
+            // F of two numbers of degrees, its variance made of both.
+            let (of_after, of_quiet) = (self.after.excess() - 1.0, self.quiet.excess() - 1.0);
+            (
+                self.after.mean() / self.quiet.mean(),
+                1.0 + of_after.hypot(of_quiet),
+            )
+        })
+    }
+
+    /// Mean square at rest, upwards too, and how large it may be.
+    pub fn at_rest(&self) -> Option<(f64, f64)> {
+        let all = self.quiet.and(self.quiet_up);
+        (all.count >= FEWEST).then(|| (all.mean(), all.excess() * LEVEL_TOLERANCE))
+    }
+}
