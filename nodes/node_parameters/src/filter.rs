@@ -7,7 +7,7 @@ use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{ParameterSet, Unit};
 use sins::estimation::filter::InitialUncertainty;
-use sins::machines::self_calibration::{EncoderAccuracy, Reference, Settings};
+use sins::machines::self_calibration::{EncoderAccuracy, ModelChoice, Reference, Settings};
 use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
@@ -277,7 +277,20 @@ fn range(set: ParameterSet<FilterParameters>) -> ParameterSet<FilterParameters> 
 
 /// Parameters of the filter of self-calibration. The thresholds are apart, see [`crate::thresholds`].
 pub fn filter() -> ParameterSet<FilterParameters> {
-    let set = alignment(Settings::default())
+    filter_of(calibrating())
+}
+
+/// What self-calibration is told where nobody says anything else: the whole model. (The machine's own default is the paper's.)
+pub fn calibrating() -> Settings {
+    Settings {
+        model: ModelChoice::Whole,
+        ..Settings::default()
+    }
+}
+
+/// The same parameters with the defaults of these settings.
+pub fn filter_of(base: Settings) -> ParameterSet<FilterParameters> {
+    let set = alignment(base)
         .number(
             "update_interval_s",
             Unit::SECOND,
@@ -443,10 +456,14 @@ mod tests {
         parameters.settings()
     }
 
-    /// The defaults are those of the machine to the last bit, so that node and command line agree.
+    /// The defaults are those of the machine to the last bit, so that node and command line agree; but for the model.
     #[test]
     fn defaults_are_those_of_the_machine() {
-        assert_eq!(with(&[]).unwrap(), Settings::default());
+        assert_eq!(with(&[]).unwrap(), calibrating());
+        assert_eq!(
+            with(&[("model", "paper".into())]).unwrap(),
+            Settings::default()
+        );
     }
 
     /// The reference is put together of three parameters, the noise of two.

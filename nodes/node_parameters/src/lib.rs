@@ -11,7 +11,7 @@ mod input;
 mod thresholds;
 pub mod units;
 
-pub use filter::{FilterParameters, VelocityReference, alignment, filter};
+pub use filter::{FilterParameters, VelocityReference, alignment, calibrating, filter, filter_of};
 pub use input::{InputParameters, input};
 pub use thresholds::{ThresholdParameters, thresholds};
 

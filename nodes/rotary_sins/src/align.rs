@@ -11,7 +11,7 @@ use sins::{
     time::Stamp,
 };
 
-use crate::{Outcome, filter_options::FilterOptions, output, sensor_input::SensorInput};
+use crate::{Outcome, filter_options::AlignmentOptions, output, sensor_input::SensorInput};
 
 /// A joint that is further than this from where it stood at first turns \[rad\].
 const TURN_RAD: f64 = 1e-4;
@@ -22,7 +22,7 @@ pub struct Options {
     #[command(flatten)]
     input: SensorInput,
     #[command(flatten)]
-    filter: FilterOptions,
+    filter: AlignmentOptions,
     /// Write JSON
     #[arg(long)]
     json: bool,

@@ -20,6 +20,29 @@ impl Group for Filter {
     }
 }
 
+/// The same where the paper's thirteen states are the default.
+#[derive(Clone, Debug)]
+pub struct PaperFilter;
+
+impl Group for PaperFilter {
+    type Settings = FilterParameters;
+    const HEADING: &'static str = "Filter";
+
+    fn set() -> ParameterSet<FilterParameters> {
+        node_parameters::filter_of(Settings::default()).without(&["outer_axis", "inner_axis"])
+    }
+}
+
+/// Options of an alignment.
+pub type AlignmentOptions = Given<PaperFilter>;
+
+impl AlignmentOptions {
+    /// The settings they amount to.
+    pub fn machine(&self, turntable: Turntable) -> anyhow::Result<Settings> {
+        self.settings()?.with_turntable(turntable).settings()
+    }
+}
+
 /// Options of the filter.
 pub type FilterOptions = Given<Filter>;
 

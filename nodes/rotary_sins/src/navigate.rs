@@ -19,7 +19,7 @@ use sins::{
 
 use crate::{
     Outcome,
-    filter_options::FilterOptions,
+    filter_options::AlignmentOptions,
     output,
     parameter_options::{Given, Group},
     sensor_input::{SensorInput, Told},
@@ -39,7 +39,7 @@ pub struct Options {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    filter: FilterOptions,
+    filter: AlignmentOptions,
 }
 
 /// Parameters of the navigator, as the node `navigation_compensator` has them, that mean something for a bag.

@@ -119,7 +119,15 @@ fn calibrate_before_it_has_converged() {
 #[test]
 fn calibrate_then_navigate() {
     let file = DIRECTORY.path().join("calibration.yaml");
-    let output = run(&["calibrate", text(&BAG), "--output", text(&file), "--json"]);
+    let output = run(&[
+        "calibrate",
+        text(&BAG),
+        "--model",
+        "paper",
+        "--output",
+        text(&file),
+        "--json",
+    ]);
     let result = json(&output);
     assert_eq!(output.status.code(), Some(0), "{result}");
     for key in [

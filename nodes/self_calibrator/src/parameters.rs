@@ -18,7 +18,7 @@ pub struct NodeSettings {
     pub calibration_file: String,
 }
 
-/// All parameters of the node. The defaults are those of [`Settings`].
+/// All parameters of the node. The defaults are those of [`Settings`], with the whole model.
 pub fn declared() -> ParameterSet<NodeSettings> {
     let base = NodeSettings {
         filter: filter().base().clone(),
@@ -73,11 +73,11 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// The defaults are those of the machine to the last bit, so that node and command line agree.
+    /// The defaults are those of the command line to the last bit.
     #[test]
     fn defaults_are_those_of_the_machine() {
         let parameters = Parameters::defaults(declared().declarations()).unwrap();
         let machine = settings(&parameters).unwrap().machine().unwrap();
-        assert_eq!(machine, Settings::default());
+        assert_eq!(machine, node_parameters::calibrating());
     }
 }

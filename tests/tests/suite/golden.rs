@@ -75,6 +75,7 @@ fn observability_is_what_it_was() {
 #[test]
 fn calibration_of_a_bag_is_what_it_was() {
     let bag = Simulation::new("eight-position", 4.0, 10.0, 1).bag();
-    let answer = rotary_sins(&["calibrate", bag.to_str().unwrap()]).expect_status(0);
+    let answer =
+        rotary_sins(&["calibrate", bag.to_str().unwrap(), "--model", "paper"]).expect_status(0);
     hold("calibrate-eight-position.txt", &answer.stdout);
 }

@@ -87,7 +87,13 @@ fn independent_eight_position_bag_is_calibrated_to_its_truth() {
         return;
     };
     let truth: Value = serde_json::from_str(&std::fs::read_to_string(truth).unwrap()).unwrap();
-    let answer = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"]);
+    let answer = rotary_sins(&[
+        "calibrate",
+        bag.to_str().unwrap(),
+        "--model",
+        "paper",
+        "--json",
+    ]);
     let json = answer.expect_status(0).json();
     for (key, sigma) in [
         ("gyroscope_drift_rad_s", "gyroscope_drift_std_rad_s"),
