@@ -468,7 +468,11 @@ mod tests {
     fn defaults_are_those_of_the_machine() {
         assert_eq!(with(&[]).unwrap(), calibrating());
         assert_eq!(
-            with(&[("model", "paper".into())]).unwrap(),
+            with(&[
+                ("model", "paper".into()),
+                ("velocity_reference", "moored".into())
+            ])
+            .unwrap(),
             Settings::default()
         );
     }
@@ -488,7 +492,11 @@ mod tests {
             measured.noise.unwrap(),
             sins::machines::self_calibration::default_noise()
         );
-        let moored = with(&[("moored_sigma_m_s", 0.05.into())]).unwrap();
+        let moored = with(&[
+            ("velocity_reference", "moored".into()),
+            ("moored_sigma_m_s", 0.05.into()),
+        ])
+        .unwrap();
         assert_eq!(moored.reference, Reference::Moored { sigma_m_s: 0.05 });
     }
 

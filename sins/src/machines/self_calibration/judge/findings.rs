@@ -193,7 +193,9 @@ impl Looked<'_> {
             about: None,
         };
         findings.extend(testimony.turns.at_rest().map(|found| of(Test::Rest, found)));
-        findings.extend(testimony.turns.ratio().map(|found| of(Test::Turns, found)));
+        let is_fine = !testimony.is_coarse;
+        let turns = testimony.turns.ratio().filter(|_| is_fine);
+        findings.extend(turns.map(|found| of(Test::Turns, found)));
         let single = |test: Test, found: &Single, figure: f64, bound: f64| Finding {
             test,
             figure,
@@ -212,7 +214,7 @@ impl Looked<'_> {
         if left_out.latitude.sigma > 0.0 {
             findings.push(latitude);
         }
-        if self.model == ModelChoice::Paper && left_out.bound > 0.0 {
+        if self.model == ModelChoice::Paper && left_out.bound > 0.0 && is_fine {
             findings.push(single(
                 Test::LeftOut,
                 &left_out.best,
