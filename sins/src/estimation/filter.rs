@@ -1,6 +1,7 @@
 //! The filter round the mechanization: increments in, velocity measurements in, a corrected state and its covariance out.
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::group::{Interval, Span};
 use super::groups::bias::Bias;
@@ -20,7 +21,7 @@ use crate::sensor::{Increment, PositionMeasurement};
 use crate::table::{TableErrors, Turntable};
 
 /// Initial one-sigma of the paper's states.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InitialUncertainty {
     /// Horizontal position, each axis \[m\].
     pub position_m: f64,
@@ -95,7 +96,7 @@ pub struct AntennaArm {
 }
 
 /// Whether estimated errors go back into the mechanization after every update.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Loop {
     /// They stay in the state vector; the mechanization runs free.
     Open,
@@ -104,7 +105,8 @@ pub enum Loop {
 }
 
 /// The error filter of a model and the mechanization it belongs to: `M` states that move, `N` in all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
     model: G,
     strapdown: Strapdown,
@@ -179,6 +181,31 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     pub fn with_turn_noise(mut self, share: f64) -> Self {
         self.turn_noise = share;
         self
+    }
+
+    /// Refuses numbers that no running filter holds, such as those of a damaged file.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] with what they are of; [`Error::Diverged`] with the state.
+    pub fn check(&self) -> Result<(), Error> {
+        let refused = |what: &str| Error::Snapshot {
+            reason: format!("{what} cannot be"),
+        };
+        self.kalman.check().map_err(name_state::<G, M, N>)?;
+        let state = self.strapdown.state();
+        state.position.checked()?;
+        let unit = |q: &UnitQuaternion<f64>| (q.norm() - 1.0).abs() < 1e-6;
+        if !(unit(&state.attitude) && self.table.base.as_ref().is_none_or(unit)) {
+            return Err(refused("an attitude"));
+        }
+        if !state.velocity.iter().all(|v| v.is_finite()) {
+            return Err(refused("a velocity"));
+        }
+        self.compensator.compensation().errors().compensation()?;
+        if !self.shown.is_within(N) {
+            return Err(refused("a list of states"));
+        }
+        Ok(())
     }
 
     /// Runs the mechanization over one sampling interval. The covariance waits for [`Self::step`].

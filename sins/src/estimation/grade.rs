@@ -1,6 +1,7 @@
 //! What is known of a sensor before it is measured, by its grade.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::filter::InitialUncertainty;
 use super::groups::antenna::Antenna;
@@ -25,7 +26,7 @@ const RING_LASER_WALK: f64 = 0.01 * DEG_PER_SQRT_HOUR;
 const FIBRE_OPTIC_WALK: f64 = 0.2 * DEG_PER_SQRT_HOUR;
 
 /// The grade of an inertial sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Grade {
     /// Ring laser or the best of fibre optic, with servo accelerometers: 0.01 deg/h, 100 ug.
     #[default]
@@ -126,7 +127,7 @@ impl std::str::FromStr for Grade {
 
 /// One-sigma of what the whole model has beyond the paper's states. A group whose sigma is zero is not estimated; a negative
 /// number stands for what the grade says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupPriors {
     /// Height \[m\].
     pub height_m: f64,

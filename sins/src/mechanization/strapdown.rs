@@ -15,6 +15,7 @@
 //! itself it is unstable (normal gravity falls with height), so something must measure height or vertical velocity.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::earth::rotation::small_rotation;
 use crate::earth::{LocalEarth, Position};
@@ -35,7 +36,7 @@ pub struct CorrectedIncrement {
 }
 
 /// Coning, rotation and sculling corrections; remembers the interval before.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct IncrementCorrector {
     previous: Option<Increment>,
 }
@@ -77,7 +78,7 @@ impl IncrementCorrector {
 }
 
 /// Attitude, velocity and position of the block.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NavigationState {
     /// Turns b into n (ENU).
     pub attitude: UnitQuaternion<f64>,
@@ -88,7 +89,7 @@ pub struct NavigationState {
 }
 
 /// The mechanization: integrates increments into a [`NavigationState`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Strapdown {
     state: NavigationState,
     body_to_navigation: Matrix3<f64>,

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::time::Stamp;
 
 /// Messages kept while no samples come.
@@ -10,7 +12,7 @@ const LONGEST_QUEUE: usize = 100_000;
 const FAR_AHEAD_S: f64 = 10.0;
 
 /// One topic beside the samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Lane<T> {
     queue: VecDeque<(Stamp, T)>,
     newest: Option<Stamp>,
@@ -96,6 +98,18 @@ impl<T> Lane<T> {
     /// Whether a message at or after `stamp` has come.
     pub(super) fn covers(&self, stamp: Stamp) -> bool {
         self.newest.is_some_and(|newest| newest >= stamp)
+    }
+
+    /// The next message, left where it is.
+    pub(super) fn peek(&self) -> Option<&T> {
+        self.queue.front().map(|(_, value)| value)
+    }
+
+    /// Whether messages tell of `stamp` without those up to `before`: one of its very time, or two of which one is not earlier.
+    pub(super) fn tells(&self, before: Stamp, stamp: Stamp) -> bool {
+        let mut after = self.queue.iter().skip_while(|(time, _)| *time <= before);
+        let first = after.next().map(|(time, _)| *time);
+        self.covers(stamp) && (first == Some(stamp) || after.next().is_some())
     }
 
     /// Messages that were left out.

@@ -47,6 +47,8 @@ pub mod order;
 pub mod plausibility;
 mod reading;
 
+use serde::{Deserialize, Serialize};
+
 use counts::{Refused, StreamCounts};
 use joint_history::JointHistory;
 use lane::Lane;
@@ -62,7 +64,7 @@ use crate::time::{Stamp, seconds_to_nanos};
 /// How long a sample behind a hole waits for the joint state of its time, by the stamps \[s\].
 const HOLE_PATIENCE_S: f64 = 2.0;
 /// Settings of a stream.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamSettings {
     /// A longer hole begins an epoch, unless the joints tell the turn in it \[s\].
     pub longest_bridge_s: f64,
@@ -92,7 +94,7 @@ impl Default for StreamSettings {
 }
 
 /// What the encoders say of a hole.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableTurn {
     /// Angles (outer, inner) at the last sample before it \[rad\].
     pub from: [f64; 2],
@@ -103,7 +105,7 @@ pub struct TableTurn {
 }
 
 /// A hole in the samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hole {
     /// Time since the sample before it \[s\].
     pub interval_s: f64,
@@ -116,7 +118,7 @@ pub struct Hole {
 }
 
 /// A position, and how the table stood at the end of its interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositionAt {
     /// The position.
     pub measurement: PositionMeasurement,
@@ -125,7 +127,7 @@ pub struct PositionAt {
 }
 
 /// One interval between two samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Its end.
     pub stamp: Stamp,
@@ -156,14 +158,14 @@ pub enum Item {
 }
 
 /// What belongs to one epoch, and to no other.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Epoch {
     previous: Option<ImuSample>,
     joints: JointHistory,
 }
 
 /// The stream: inputs in, items out.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Stream {
     settings: StreamSettings,
     sieve: Sieve,
@@ -194,6 +196,11 @@ impl Stream {
             newest: None,
             ended: false,
         })
+    }
+
+    /// The settings that it was made with.
+    pub fn settings(&self) -> &StreamSettings {
+        &self.settings
     }
 
     /// Takes a sample.
@@ -351,7 +358,12 @@ impl Stream {
             Follows::Hole { .. } => self.settings.joint_patience_s.max(HOLE_PATIENCE_S),
             _ => self.settings.joint_patience_s,
         };
-        if self.joints.is_alive() && !self.joints.covers(stamp) && patient(joint_patience_s) {
+        let told = match (follows, self.epoch.previous) {
+            // What was read before the hole says little of its end.
+            (Follows::Hole { .. }, Some(previous)) => self.joints.tells(previous.stamp, stamp),
+            _ => self.joints.covers(stamp),
+        };
+        if self.joints.is_alive() && !told && patient(joint_patience_s) {
             return true;
         }
         let within = |patience_s: f64| (0..=seconds_to_nanos(patience_s)).contains(&age_nanos);
@@ -386,11 +398,18 @@ impl Stream {
     fn behind_hole(&mut self, sample: ImuSample, interval_s: f64, lost: u64) -> Item {
         let before = self.epoch.previous.map(|previous| previous.stamp);
         let from = before.and_then(|before| {
+            while let Some((_, joints)) = self.joints.pop_until(before) {
+                self.epoch.joints.push(joints);
+            }
+            let foretold = self.epoch.joints.foretold_at(before);
             self.take_joints(before);
-            self.epoch.joints.told_at(before)
+            surer(self.epoch.joints.told_at(before), foretold)
         });
         self.take_joints(sample.stamp);
-        let to = self.epoch.joints.told_at(sample.stamp);
+        let enclosed = self.epoch.joints.told_at(sample.stamp);
+        let next = self.joints.peek();
+        let traced = next.and_then(|next| self.epoch.joints.traced_back_to(sample.stamp, next));
+        let to = surer(enclosed, traced);
         let turned = from.zip(to).map(|(from, to)| TableTurn {
             from: from.0,
             to: to.0,
@@ -470,6 +489,14 @@ impl Stream {
             };
             self.epoch.joints.push(joints);
         }
+    }
+}
+
+/// Whichever of two tellings of the joints' angles is surer.
+fn surer(one: Option<([f64; 2], f64)>, other: Option<([f64; 2], f64)>) -> Option<([f64; 2], f64)> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(if other.1 < one.1 { other } else { one }),
+        (one, other) => one.or(other),
     }
 }
 

@@ -5,6 +5,7 @@
 //! which the gyroscopes carry from second to second far better than an encoder reads.
 
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::filter::EncoderReading;
@@ -15,7 +16,7 @@ use crate::time::Stamp;
 use crate::units::ARC_SECOND;
 
 /// What encoders are worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EncoderAccuracy {
     /// One-sigma of a reading \[rad\].
     pub sigma_rad: f64,
@@ -33,7 +34,7 @@ impl Default for EncoderAccuracy {
 }
 
 /// What became of the encoders.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum EncoderUse {
     /// No reading has come, or nobody asks for them.
     #[default]
@@ -82,7 +83,7 @@ const GATED_IN_A_ROW: u32 = 10;
 type Before = (Stamp, [f64; 2], UnitQuaternion<f64>);
 
 /// The reader of encoders.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Encoders {
     before: Option<Before>,
     watched: u32,

@@ -1,6 +1,7 @@
 //! Settings of self-calibration, each with a default that suits a ship at her mooring.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::Thresholds;
 use super::encoders::EncoderAccuracy;
@@ -16,7 +17,7 @@ use crate::table::Turntable;
 use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// Where the velocity error is measured against.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reference {
     /// The ship lies at her mooring: her velocity is zero, give or take this one-sigma \[m/s\], once a second.
     Moored {
@@ -44,7 +45,7 @@ pub enum Reference {
 }
 
 /// The antenna whose position is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Antenna {
     /// From the table's centre, in the ship: starboard, forward, up \[m\].
     pub arm_m: Vector3<f64>,
@@ -53,7 +54,7 @@ pub struct Antenna {
 }
 
 /// Which errors are estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ModelChoice {
     /// The paper's thirteen states: navigation, biases, drifts.
     #[default]
@@ -90,7 +91,7 @@ impl std::str::FromStr for ModelChoice {
 }
 
 /// Everything that self-calibration can be told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Which axis each joint turns about; needed for the vehicle's attitude only.
     pub turntable: Turntable,
@@ -123,6 +124,7 @@ pub struct Settings {
     /// Velocity that coarse alignment may leave unexplained \[m/s\].
     pub coarse_residual_limit_m_s: f64,
     /// When the estimate counts as found.
+    #[serde(skip)]
     pub thresholds: Thresholds,
     /// Length of the innovation test in updates.
     pub window_updates: usize,

@@ -1,5 +1,7 @@
 //! What the judge's tests found, each with a figure, its bound and a sentence.
 
+use serde::{Deserialize, Serialize};
+
 use super::super::ModelChoice;
 use super::joints::Joints;
 use super::left_out::Single;
@@ -18,7 +20,7 @@ const PRIOR_SIGMAS: f64 = 4.0;
 const LINEAR_RAD: f64 = 0.26;
 
 /// A test by its name in JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Test {
     /// The level of the innovations at rest, against the noise of the samples.
     Rest,
@@ -67,7 +69,7 @@ impl Test {
 }
 
 /// What a test found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// Which.
     pub test: Test,
@@ -76,6 +78,7 @@ pub struct Finding {
     /// How large it may be.
     pub bound: f64,
     /// The state that it is about, with its value and the sigma that goes with it, SI.
+    #[serde(with = "crate::estimation::state::serialized::about")]
     pub about: Option<(&'static StateLabel, f64, f64)>,
 }
 

@@ -1,6 +1,6 @@
 //! One judge for everything that shows a verdict: is the estimate good enough, and does the filter describe its samples?
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 mod findings;
 mod joints;
@@ -26,7 +26,7 @@ use crate::stream::counts::StreamCounts;
 const REFUSED_AT_LEAST: u64 = 20;
 
 /// The test of the innovations over a run. What failed stays failed until windows enough have passed in a row.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Judge {
     window: InnovationWindow,
     last: f64,
@@ -88,7 +88,7 @@ impl Judge {
 }
 
 /// Innovations of the last updates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InnovationReport {
     /// Normalized innovation squared of the last update, two degrees of freedom.
     pub last: f64,

@@ -6,6 +6,7 @@
 //! their means over [`BLOCK`] show it.
 
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A block that turns faster is turned by its table \[rad/s\].
@@ -24,7 +25,7 @@ const FALSE_ALARM: f64 = 1e-5;
 const LEVEL_TOLERANCE: f64 = 1.15;
 
 /// A mean square.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeanSquare {
     sum: f64,
     count: f64,
@@ -62,7 +63,7 @@ impl MeanSquare {
 }
 
 /// Means of normalized innovations over [`BLOCK`], east, north and up, times the root of their number: of variance one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Turns {
     attitude: UnitQuaternion<f64>,
     since_turn_s: f64,
