@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::earth::rotation::small_rotation;
 use crate::earth::{LocalEarth, Position};
+use crate::error::Error;
 use crate::sensor::Increment;
 
 /// The earth is computed anew when the latitude has moved by this much \[rad\] (6 mm; 1e-7 deg/h of earth rate).
@@ -86,6 +87,28 @@ pub struct NavigationState {
     pub velocity: Vector3<f64>,
     /// Position; without a vertical channel the height stays as it was given.
     pub position: Position,
+}
+
+impl NavigationState {
+    /// Refuses numbers that nobody has navigated with, such as those of a damaged file.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] with what they are of, or as [`Position::checked`].
+    pub fn check(&self) -> Result<(), Error> {
+        let refused = |what: &str| Error::Snapshot {
+            reason: format!("{what} cannot be"),
+        };
+        self.position.checked()?;
+        // Not a number is not near anything.
+        let off_unit = (self.attitude.norm() - 1.0).abs();
+        if off_unit.is_nan() || off_unit > 1e-6 {
+            return Err(refused("an attitude"));
+        }
+        if !self.velocity.iter().all(|v| v.is_finite()) {
+            return Err(refused("a velocity"));
+        }
+        Ok(())
+    }
 }
 
 /// The mechanization: integrates increments into a [`NavigationState`].

@@ -12,9 +12,10 @@ const ACCELERATION_RAD_S2: f64 = 0.044;
 /// A line through two readings is followed so far beyond them, in times of their distance.
 const FARTHEST_SHARE: f64 = 2.0;
 
-/// The last two readings.
+/// The last three readings.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct JointHistory {
+    earlier: Option<JointSample>,
     before: Option<JointSample>,
     last: Option<JointSample>,
 }
@@ -23,8 +24,10 @@ impl JointHistory {
     /// Takes a reading. One of the same time replaces the last; an earlier one begins anew.
     pub fn push(&mut self, sample: JointSample) {
         match self.last {
-            Some(last) if sample.stamp > last.stamp => self.before = self.last,
-            Some(last) if sample.stamp < last.stamp => self.before = None,
+            Some(last) if sample.stamp > last.stamp => {
+                (self.earlier, self.before) = (self.before, self.last);
+            }
+            Some(last) if sample.stamp < last.stamp => (self.earlier, self.before) = (None, None),
             _ => {}
         }
         self.last = Some(sample);
@@ -69,11 +72,11 @@ impl JointHistory {
         Some((self.angles_at(stamp), off))
     }
 
-    /// Angles at a `stamp` after the last reading, on the line through the last two, and how far they may be off it \[rad\].
+    /// Angles at `stamp` on the line through the last two readings before it, and how far they may be off it \[rad\].
     pub fn foretold_at(&self, stamp: Stamp) -> Option<([f64; 2], f64)> {
         let (before, last) = (self.before?, self.last?);
         if last.stamp > stamp {
-            return None;
+            return on_line(&before, &self.earlier?, stamp);
         }
         on_line(&last, &before, stamp)
     }
@@ -174,6 +177,7 @@ mod tests {
         assert_eq!(history.foretold_at(at(10)), None);
 
         history.push(reading(5000, 2.0));
+        assert_eq!(history.foretold_at(at(30)).unwrap().1, off);
         let next = reading(5020, 2.002);
         let (angles, off) = history.traced_back_to(at(4990), &next).unwrap();
         assert!((angles[0] - 1.999).abs() < 1e-12 && off < 2e-5);

@@ -79,6 +79,13 @@ impl Estimator {
 
     /// Refuses what no estimator of these settings holds.
     pub(super) fn check(&self) -> Result<(), Error> {
+        for position in [self.position, self.newest_position].into_iter().flatten() {
+            position.checked()?;
+        }
+        if let Some(last) = &self.last {
+            last.navigation.check()?;
+            last.errors.compensation()?;
+        }
         match &self.stage {
             Stage::Running(run) => run.check(&self.settings),
             Stage::Idle | Stage::Gathering(_) => Ok(()),
