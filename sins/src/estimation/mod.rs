@@ -11,6 +11,7 @@ pub mod consistency;
 pub mod filter;
 pub mod grade;
 pub mod group;
+mod group_priors;
 pub mod groups;
 pub mod kalman;
 pub mod measurement;
