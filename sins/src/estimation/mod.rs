@@ -13,6 +13,7 @@ pub mod grade;
 pub mod group;
 mod group_priors;
 pub mod groups;
+pub mod installation;
 pub mod kalman;
 pub mod measurement;
 pub mod model;

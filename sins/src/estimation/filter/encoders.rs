@@ -32,17 +32,17 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         let (Some(table), Some(base)) = (G::TABLE, G::BASE) else {
             return [Outcome::Refused; 3];
         };
-        let errors = &self.table.errors;
+        let errors = &self.installation.table;
         let in_base = reading.turntable.attitude_with(reading.angles, errors);
         let attitude = self.strapdown.state().attitude;
-        let stands = if let Some(stands) = self.table.base {
+        let stands = if let Some(stands) = self.installation.base {
             stands
         } else {
             for state in base..base + 3 {
                 self.kalman.forget(state, UNKNOWN_BASE_RAD.powi(2));
             }
             self.shown = shown::<G, M, N>(self.kalman.covariance());
-            *self.table.base.insert(attitude * in_base.inverse())
+            *self.installation.base.insert(attitude * in_base.inverse())
         };
         let turn = ((stands * in_base).inverse() * attitude).scaled_axis();
         let derivatives = reading
@@ -93,7 +93,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
 
     /// Knows nothing more of the base: the next reading of the encoders says anew how it stands.
     pub fn forget_base(&mut self) {
-        if let (Some(base), Some(_)) = (G::BASE, self.table.base.take()) {
+        if let (Some(base), Some(_)) = (G::BASE, self.installation.base.take()) {
             for state in base..base + 3 {
                 self.kalman.forget(state, 0.0);
             }

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::group::{Interval, Span};
 use super::groups::navigation::{self, sensor_noise_rate};
-use super::groups::table::TableEstimate;
+use super::installation::Installation;
 use super::kalman::{Kalman, ProcessNoise};
 use super::measurement::{Measurement, Outcome, UpdateCounts};
 use super::model::Model;
@@ -45,7 +45,7 @@ pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
     strapdown: Strapdown,
     kalman: Kalman<N>,
     compensator: Compensator,
-    table: TableEstimate,
+    installation: Installation,
     shown: Shown,
     noise: NoiseDensity,
     turn_noise: f64,
@@ -76,7 +76,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     ) -> Result<Self, Error> {
         Ok(Self {
             strapdown: Strapdown::new(start).with_vertical_channel(G::VELOCITY_UP.is_some()),
-            table: TableEstimate::default(),
+            installation: Installation::default(),
             shown: shown::<G, M, N>(&covariance),
             turn_noise: 0.0,
             turned: Vector3::zeros(),
@@ -97,14 +97,14 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     /// Begins with what was known of the table.
     #[must_use]
     pub fn with_table(mut self, errors: TableErrors) -> Self {
-        self.table.errors = errors;
+        self.installation.table = errors;
         self
     }
 
     /// Begins with what was known of the antenna's arm beyond what was told.
     #[must_use]
     pub fn with_antenna(mut self, arm_m: Vector3<f64>) -> Self {
-        self.table.antenna_arm_m = arm_m;
+        self.installation.antenna_arm_m = arm_m;
         self
     }
 
@@ -220,9 +220,9 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         &self.noise
     }
 
-    /// What has been found of the table and its base.
-    pub fn table(&self) -> &TableEstimate {
-        &self.table
+    /// What has been found of the table, its base and the antenna.
+    pub fn installation(&self) -> &Installation {
+        &self.installation
     }
 
     /// What became of the measurements so far.
@@ -246,7 +246,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         };
         self.compensator.set(compensation);
         G::correct_navigation(&x, &mut self.strapdown);
-        G::correct_table(&x, &mut self.table);
+        G::correct_installation(&x, &mut self.installation);
         true
     }
 
@@ -278,7 +278,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
 
     /// The state vector with the sensor errors whole: navigation errors not yet fed back, and sensor errors since the start.
     pub fn state(&self) -> SVector<f64, N> {
-        G::found(self.compensator.compensation().errors(), &self.table) + self.kalman.state()
+        G::found(self.compensator.compensation().errors(), &self.installation) + self.kalman.state()
     }
 
     /// Covariance of the state.

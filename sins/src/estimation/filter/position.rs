@@ -31,7 +31,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     ) -> [Outcome; 3] {
         let state = self.strapdown.state();
         let earth = self.strapdown.earth();
-        let lever = arm.ship * (arm.from_table_centre_m + self.table.antenna_arm_m);
+        let lever = arm.ship * (arm.from_table_centre_m + self.installation.antenna_arm_m);
         let ship = arm.ship.to_rotation_matrix().into_inner();
         let there = measurement.position;
         let scale = [
