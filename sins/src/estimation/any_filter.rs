@@ -1,7 +1,7 @@
 //! A filter whose model is chosen while the program runs: for whoever drives it, nothing is generic.
 
 use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
-use super::groups::table::TableEstimate;
+use super::installation::Installation;
 use super::measurement::{Outcome, UpdateCounts};
 use super::model::{Inertial, InertialFilter, Model, Paper, PaperFilter, Whole, WholeFilter};
 use super::state::{NamedCovariance, StateEstimate};
@@ -74,7 +74,7 @@ impl AnyFilter {
         navigation() -> &NavigationState;
         compensation() -> &Compensation;
         sensor_errors() -> SensorErrors;
-        table() -> &TableEstimate;
+        installation() -> &Installation;
         noise() -> &NoiseDensity;
         estimate() -> StateEstimate;
         named_covariance() -> NamedCovariance;
