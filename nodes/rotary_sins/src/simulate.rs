@@ -17,10 +17,11 @@ use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus};
 use serde::Serialize;
 use sins::{
+    machines::self_calibration::named_errors,
     simulation::{
         AidingSettings, EncoderSettings, GRADE_NAMES, ImuErrorSettings, MotionSettings,
         NoiseReading, PlantSettings, Run, SensorGrade, Simulator, SimulatorSettings, Tick,
-        Wandering, named_truth,
+        Wandering,
     },
     table::Turntable,
     table::scheme::{Sequencer, sequencer::SequencerSettings},
@@ -136,7 +137,7 @@ struct Report {
     attitude_xyzw: [f64; 4],
     /// Every error of sensors and table by its name, at the end; left out where drifts and biases are all.
     #[serde(skip_serializing_if = "Option::is_none")]
-    states: Option<BTreeMap<String, f64>>,
+    states: Option<BTreeMap<&'static str, f64>>,
 }
 
 /// The command line of this run.
@@ -405,7 +406,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         gyroscope_drift_rad_s: errors.gyroscope_drift.into(),
         accelerometer_bias_m_s2: errors.accelerometer_bias.into(),
         states: (!errors.is_constant() || !table.is_zero())
-            .then(|| named_truth(errors, table).into_iter().collect()),
+            .then(|| named_errors(errors, table).into_iter().collect()),
     };
     if options.json {
         output::json(&report)?;

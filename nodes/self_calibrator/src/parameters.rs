@@ -5,7 +5,7 @@ use std::time::Duration;
 use node_parameters::{
     FilterParameters, InputParameters, ThresholdParameters, filter, input, thresholds,
 };
-use ros_node::{ParameterSet, Parameters};
+use ros_node::{ParameterSet, Parameters, Unit};
 use sins::machines::self_calibration::Settings;
 
 /// Everything the node is told.
@@ -14,6 +14,7 @@ pub struct NodeSettings {
     filter: FilterParameters,
     thresholds: ThresholdParameters,
     input: InputParameters,
+    joint_patience_s: f64,
     /// What `~/save` writes and `~/load` reads; empty: where ROS keeps its files.
     pub calibration_file: String,
 }
@@ -24,12 +25,20 @@ pub fn declared() -> ParameterSet<NodeSettings> {
         filter: filter().base().clone(),
         thresholds: *thresholds().base(),
         input: *input().base(),
+        joint_patience_s: Settings::default().joint_patience_s,
         calibration_file: String::new(),
     };
     ParameterSet::new("Files", base)
         .include(filter(), |s| &mut s.filter)
         .include(thresholds(), |s| &mut s.thresholds)
         .include(input(), |s| &mut s.input)
+        .number(
+            "joint_patience_s",
+            Unit::SECOND,
+            0.01..=3600.0,
+            |s| &mut s.joint_patience_s,
+            "How much later than its sample, by the stamps, a joint state may come; more for bags that play fast",
+        )
         .text(
             "calibration_file",
             |s| &mut s.calibration_file,
@@ -53,6 +62,7 @@ impl NodeSettings {
     pub fn machine(&self) -> anyhow::Result<Settings> {
         Ok(Settings {
             thresholds: self.thresholds.into(),
+            joint_patience_s: self.joint_patience_s,
             ..self.filter.clone().settings()?
         })
     }

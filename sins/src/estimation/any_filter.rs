@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
-use super::groups::table::TableEstimate;
+use super::installation::Installation;
 use super::measurement::{Outcome, UpdateCounts};
 use super::model::{Inertial, InertialFilter, Model, Paper, PaperFilter, Whole, WholeFilter};
 use super::state::{NamedCovariance, StateEstimate};
@@ -76,7 +76,7 @@ impl AnyFilter {
         navigation() -> &NavigationState;
         compensation() -> &Compensation;
         sensor_errors() -> SensorErrors;
-        table() -> &TableEstimate;
+        installation() -> &Installation;
         noise() -> &NoiseDensity;
         estimate() -> StateEstimate;
         named_covariance() -> NamedCovariance;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::groups::navigation;
-use super::groups::table::TableEstimate;
+use super::installation::Installation;
 use super::state::StateLabel;
 use crate::earth::LocalEarth;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
@@ -60,11 +60,11 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
     /// What the sensor model holds of its states.
     fn found(_errors: &SensorErrors, _x: &mut [f64]) {}
 
-    /// Takes its errors into what has been found of the table.
-    fn correct_table(_x: &[f64], _table: &mut TableEstimate) {}
+    /// Takes its errors into what has been found of table, base and antenna.
+    fn correct_installation(_x: &[f64], _installation: &mut Installation) {}
 
-    /// What has been found of the table's states.
-    fn found_of_table(_table: &TableEstimate, _x: &mut [f64]) {}
+    /// What has been found of its states there.
+    fn found_of_installation(_installation: &Installation, _x: &mut [f64]) {}
 }
 
 /// One sampling interval, as the groups gather it.

@@ -16,8 +16,9 @@ use super::groups::g_sensitivity::GyroscopeGSensitivity;
 use super::groups::navigation::Navigation;
 use super::groups::quadratic::AccelerometerQuadratic;
 use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
-use super::groups::table::{BaseAttitude, Table, TableEstimate};
+use super::groups::table::{BaseAttitude, Table};
 use super::groups::vertical::Vertical;
+use super::installation::Installation;
 use super::kalman::Dynamics;
 use super::state::{NamedCovariance, StateLabel, StateList, StateValues};
 use crate::error::Error;
@@ -57,10 +58,10 @@ pub trait Model<const M: usize, const N: usize>:
     fn correct_navigation(x: &SVector<f64, N>, strapdown: &mut Strapdown);
     /// Takes errors into the sensor model.
     fn correct_sensors(x: &SVector<f64, N>, errors: &mut SensorErrors);
-    /// What the sensor model and the table hold of the states; zero in the navigation and in the base's attitude.
-    fn found(errors: &SensorErrors, table: &TableEstimate) -> SVector<f64, N>;
-    /// Takes errors into what has been found of the table.
-    fn correct_table(x: &SVector<f64, N>, table: &mut TableEstimate);
+    /// What the sensor model and the installation hold of the states; zero in the navigation and in the base's attitude.
+    fn found(errors: &SensorErrors, installation: &Installation) -> SVector<f64, N>;
+    /// Takes errors into what has been found of table, base and antenna.
+    fn correct_installation(x: &SVector<f64, N>, installation: &mut Installation);
 
     /// Where a state stands.
     fn position(name: &str) -> Option<usize> {
@@ -268,18 +269,18 @@ macro_rules! model {
                 let _ = rest;
             }
 
-            fn correct_table(x: &SVector<f64, { $model::N }>, table: &mut TableEstimate) {
+            fn correct_installation(x: &SVector<f64, { $model::N }>, installation: &mut Installation) {
                 let rest = x.as_slice();
-                $(let (own, rest) = rest.split_at(<$moving_group as Group>::SIZE); <$moving_group as Group>::correct_table(own, table);)+
-                $(let (own, rest) = rest.split_at(<$group_type as Group>::SIZE); <$group_type as Group>::correct_table(own, table);)*
+                $(let (own, rest) = rest.split_at(<$moving_group as Group>::SIZE); <$moving_group as Group>::correct_installation(own, installation);)+
+                $(let (own, rest) = rest.split_at(<$group_type as Group>::SIZE); <$group_type as Group>::correct_installation(own, installation);)*
                 let _ = rest;
             }
 
-            fn found(errors: &SensorErrors, table: &TableEstimate) -> SVector<f64, { $model::N }> {
+            fn found(errors: &SensorErrors, installation: &Installation) -> SVector<f64, { $model::N }> {
                 let mut x = SVector::<f64, { $model::N }>::zeros();
                 let (rest, _) = x.as_mut_slice().split_at_mut($model::N);
-                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); <$moving_group as Group>::found(errors, own); <$moving_group as Group>::found_of_table(table, own);)+
-                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); <$group_type as Group>::found(errors, own); <$group_type as Group>::found_of_table(table, own);)*
+                $(let (own, rest) = rest.split_at_mut(<$moving_group as Group>::SIZE); <$moving_group as Group>::found(errors, own); <$moving_group as Group>::found_of_installation(installation, own);)+
+                $(let (own, rest) = rest.split_at_mut(<$group_type as Group>::SIZE); <$group_type as Group>::found(errors, own); <$group_type as Group>::found_of_installation(installation, own);)*
                 let _ = rest;
                 x
             }

@@ -20,6 +20,8 @@ pub(super) struct Lane<T> {
     candidate: Option<(Stamp, T)>,
     /// Its clock was set back since the epoch of the samples began.
     was_set_back: bool,
+    /// A sample has waited for it in vain since it last spoke.
+    is_silent: bool,
     refused: u64,
 }
 
@@ -30,6 +32,7 @@ impl<T> Default for Lane<T> {
             newest: None,
             candidate: None,
             was_set_back: false,
+            is_silent: false,
             refused: 0,
         }
     }
@@ -77,6 +80,7 @@ impl<T> Lane<T> {
         }
         self.queue.push_back((stamp, value));
         self.newest = Some(stamp);
+        self.is_silent = false;
     }
 
     /// The next message at or before `stamp`.
@@ -90,9 +94,20 @@ impl<T> Lane<T> {
         self.queue.pop_front()
     }
 
-    /// Whether anything has come in this epoch.
-    pub(super) fn is_alive(&self) -> bool {
-        self.newest.is_some()
+    /// Whether a sample may wait for it: something has come in this epoch, and none has waited in vain since. A topic that
+    /// stops costs its patience once, and not a lag for ever.
+    pub(super) fn is_awaited(&self) -> bool {
+        self.newest.is_some() && !self.is_silent
+    }
+
+    /// Whether a sample has waited for it in vain since it last spoke.
+    pub(super) fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
+    /// A sample has waited for it in vain.
+    pub(super) fn give_up(&mut self) {
+        self.is_silent = true;
     }
 
     /// Whether a message at or after `stamp` has come.

@@ -5,7 +5,8 @@
 //! 2. [`order`] is the clock. What does not follow the usual interval waits for the next arrival.
 //! 3. [`Stream`] joins the samples with what came beside them. Samples wait for the joint state and the velocity of their time where
 //!    the settings say so, and behind a hole always for the joint state, because the encoders say what the table turned in it. All
-//!    patience is counted by the samples' own stamps, never by a clock.
+//!    patience is counted by the samples' own stamps, never by a clock. What has been waited for in vain is not waited for
+//!    again until it speaks: a topic that dies costs its patience once.
 //!
 //! An **epoch** is a stretch of time without a break. What belongs to one (the sample before, the readings of the joints) is
 //! one value that is made anew when an epoch begins; nothing is cleared by hand. Positions pass through where they are measured
@@ -347,13 +348,18 @@ impl Stream {
     }
 
     #[inline]
-    fn must_wait(&self, stamp: Stamp, follows: Follows) -> bool {
+    fn must_wait(&mut self, stamp: Stamp, follows: Follows) -> bool {
         let Some(newest) = self.order.last().filter(|_| !self.ended) else {
             return false;
         };
         // Behind a clock that was set back there is nothing to wait for on the old one.
-        let age_nanos = newest.nanos() - stamp.nanos();
-        let patient = |patience_s: f64| (0..seconds_to_nanos(patience_s)).contains(&age_nanos);
+        let mut age_nanos = newest.nanos() - stamp.nanos();
+        // And in a hole nothing could come.
+        if let Some((from, to)) = self.order.last_hole()
+            && stamp <= from
+        {
+            age_nanos -= to.nanos() - from.nanos();
+        }
         let joint_patience_s = match follows {
             Follows::Hole { .. } => self.settings.joint_patience_s.max(HOLE_PATIENCE_S),
             _ => self.settings.joint_patience_s,
@@ -363,21 +369,32 @@ impl Stream {
             (Follows::Hole { .. }, Some(previous)) => self.joints.tells(previous.stamp, stamp),
             _ => self.joints.covers(stamp),
         };
-        if self.joints.is_alive() && !told && patient(joint_patience_s) {
-            return true;
+        if joint_patience_s > 0.0 && self.joints.is_awaited() && !told {
+            if (0..seconds_to_nanos(joint_patience_s)).contains(&age_nanos) {
+                return true;
+            }
+            self.joints.give_up();
         }
         let within = |patience_s: f64| (0..=seconds_to_nanos(patience_s)).contains(&age_nanos);
-        let waits = |patience_s: Option<f64>, covered: bool| {
-            patience_s.is_some_and(|patience_s| !covered && within(patience_s))
-        };
-        waits(
-            self.settings.velocity_patience_s,
-            self.velocities.covers(stamp),
-        ) || (self.positions.is_alive()
-            && waits(
-                self.settings.position_patience_s,
-                self.positions.covers(stamp),
-            ))
+        if let Some(patience_s) = self.settings.velocity_patience_s
+            && !self.velocities.is_silent()
+            && !self.velocities.covers(stamp)
+        {
+            if within(patience_s) {
+                return true;
+            }
+            self.velocities.give_up();
+        }
+        if let Some(patience_s) = self.settings.position_patience_s
+            && self.positions.is_awaited()
+            && !self.positions.covers(stamp)
+        {
+            if within(patience_s) {
+                return true;
+            }
+            self.positions.give_up();
+        }
+        false
     }
 
     fn begin(&mut self, sample: ImuSample, cause: EpochCause) -> Item {

@@ -223,6 +223,11 @@ impl<T: Copy + PartialEq> StampOrder<T> {
         self.counts
     }
 
+    /// Between which samples the last hole was.
+    pub(super) fn last_hole(&self) -> Option<(Stamp, Stamp)> {
+        self.last_hole
+    }
+
     /// Samples that wait for the next arrival to tell what they are.
     pub fn undecided(&self) -> usize {
         self.start.len() + self.held.len()

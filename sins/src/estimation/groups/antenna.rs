@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval};
-use crate::estimation::groups::table::TableEstimate;
+use crate::estimation::installation::Installation;
 use crate::estimation::state::StateLabel;
 use crate::mechanization::strapdown::NavigationState;
 
@@ -39,11 +39,11 @@ impl Group for Antenna {
 
     fn couple(&self, (): &(), _interval: &Interval, _into: &mut Coupling<'_>) {}
 
-    fn correct_table(x: &[f64], table: &mut TableEstimate) {
-        table.antenna_arm_m += Vector3::from_column_slice(x);
+    fn correct_installation(x: &[f64], installation: &mut Installation) {
+        installation.antenna_arm_m += Vector3::from_column_slice(x);
     }
 
-    fn found_of_table(table: &TableEstimate, x: &mut [f64]) {
-        x.copy_from_slice(table.antenna_arm_m.as_slice());
+    fn found_of_installation(installation: &Installation, x: &mut [f64]) {
+        x.copy_from_slice(installation.antenna_arm_m.as_slice());
     }
 }

@@ -6,21 +6,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval};
+use crate::estimation::installation::Installation;
 use crate::estimation::state::StateLabel;
 use crate::mechanization::strapdown::NavigationState;
-use crate::table::TableErrors;
 use crate::units::ARC_SECOND;
-
-/// What has been found of the table and of what is fixed in the ship: the table's errors, how its base stands, the antenna's arm.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TableEstimate {
-    /// Errors of axes and encoders.
-    pub errors: TableErrors,
-    /// Attitude of the base: turns the axes that the block has at zero joints into n. None until encoders have been used.
-    pub base: Option<UnitQuaternion<f64>>,
-    /// What is to be added to the antenna's arm as it was told, in the ship: starboard, forward, up \[m\].
-    pub antenna_arm_m: Vector3<f64>,
-}
 
 /// What is known before of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,8 +68,8 @@ impl Group for Table {
 
     fn couple(&self, (): &(), _interval: &Interval, _into: &mut Coupling<'_>) {}
 
-    fn correct_table(x: &[f64], table: &mut TableEstimate) {
-        let errors = &mut table.errors;
+    fn correct_installation(x: &[f64], installation: &mut Installation) {
+        let errors = &mut installation.table;
         errors.nonorthogonality_rad += x[0];
         errors.inner_axis_tilt_rad[0] += x[1];
         errors.inner_axis_tilt_rad[1] += x[2];
@@ -91,8 +80,8 @@ impl Group for Table {
         }
     }
 
-    fn found_of_table(table: &TableEstimate, x: &mut [f64]) {
-        let errors = &table.errors;
+    fn found_of_installation(installation: &Installation, x: &mut [f64]) {
+        let errors = &installation.table;
         x[0] = errors.nonorthogonality_rad;
         x[1..3].copy_from_slice(&errors.inner_axis_tilt_rad);
         x[3] = errors.encoder_zero_inner_rad;
@@ -136,8 +125,8 @@ impl Group for BaseAttitude {
 
     fn couple(&self, (): &(), _interval: &Interval, _into: &mut Coupling<'_>) {}
 
-    fn correct_table(x: &[f64], table: &mut TableEstimate) {
-        if let Some(base) = &mut table.base {
+    fn correct_installation(x: &[f64], installation: &mut Installation) {
+        if let Some(base) = &mut installation.base {
             let turn = Vector3::from_column_slice(x);
             *base = UnitQuaternion::from_scaled_axis(turn) * *base;
         }

@@ -436,7 +436,7 @@ impl Estimator {
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
             navigation: *run.filter.navigation(),
             errors: run.filter.sensor_errors(),
-            table: run.filter.table().errors,
+            table: run.filter.installation().table,
             states: run.filter.estimate(),
             prior: run.prior.clone(),
             innovations: run.judge.report(),

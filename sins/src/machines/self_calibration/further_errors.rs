@@ -101,6 +101,8 @@ pub(super) fn put<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimation::model::{Model, Whole};
+    use crate::simulation::SensorGrade;
 
     /// Every number comes back to the last bit, and stands under the name that the whole model has for it.
     #[test]
@@ -125,5 +127,30 @@ mod tests {
         for number in &numbers {
             assert!(all.contains(number), "{number:?}");
         }
+    }
+
+    /// Every parameter of sensors and table that the whole model has is among the errors of a drawn sensor, by its name; the
+    /// base's attitude, the antenna's arm and what moves are not.
+    #[test]
+    fn every_state_of_the_whole_model_is_named() {
+        let drawn = SensorGrade::RingLaser.draw(1);
+        let errors = named_errors(&drawn.imu.errors, &drawn.table);
+        let others = ["_error_", "misalignment_", "base_attitude_", "antenna_arm_"];
+        for state in Whole::STATES.map(|state| state.name) {
+            let is_other = others.iter().any(|part| state.contains(part));
+            assert!(
+                is_other != errors.iter().any(|(name, _)| *name == state),
+                "{state}"
+            );
+        }
+        let of = |wanted: &str| errors.iter().find(|(name, _)| *name == wanted);
+        let arm = drawn.imu.errors.accelerometer_arms[(1, 2)];
+        let cosine = drawn.table.encoder_eccentricity_inner_rad[1];
+        assert_eq!(
+            of("accelerometer_arm_yz_m"),
+            Some(&("accelerometer_arm_yz_m", arm))
+        );
+        let name = "encoder_eccentricity_inner_cosine_rad";
+        assert_eq!(of(name), Some(&(name, cosine)));
     }
 }

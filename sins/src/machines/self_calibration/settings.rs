@@ -145,6 +145,9 @@ pub struct Settings {
     pub recovery_windows: usize,
     /// Whether a second filter runs beside for the judge to ask. Without it he sees the innovations alone.
     pub witness: bool,
+    /// How much later than its sample, by the stamps, a joint state may come where encoders are measured or the judge looks at
+    /// them \[s\].
+    pub joint_patience_s: f64,
     /// A greater share of refused samples speaks against an estimate.
     pub refused_share: f64,
     /// A greater share of holes speaks against an estimate.
@@ -184,14 +187,12 @@ impl Default for Settings {
             unseen: UnseenMotion::default(),
             recovery_windows: 6,
             witness: true,
+            joint_patience_s: 30.0,
             refused_share: 0.01,
             gap_share: 0.1,
         }
     }
 }
-
-/// So much later than a sample, by the stamps, the reading of the encoders may come that covers it \[s\].
-const ENCODER_PATIENCE_S: f64 = 2.0;
 
 /// The noise of reading D (0.001 deg/√h, 10 ug/√Hz), used where neither settings nor samples tell any.
 pub fn default_noise() -> NoiseDensity {
@@ -231,8 +232,8 @@ impl Settings {
             longest_bridge_s: self.restart_gap_s,
             longest_told_hole_s: LONGEST_TOLD_HOLE_S,
             // What is measured must not depend on which of two messages comes first.
-            joint_patience_s: if self.measures_encoders() {
-                ENCODER_PATIENCE_S
+            joint_patience_s: if self.measures_encoders() || self.witness {
+                self.joint_patience_s
             } else {
                 0.0
             },
@@ -305,6 +306,7 @@ impl Settings {
     /// [`Error::Setting`] with the name of the first setting that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         positive("step_s", self.step_s)?;
+        positive("joint_patience_s", self.joint_patience_s)?;
         positive("coarse_alignment_s", self.coarse_alignment_s)?;
         positive("coarse_alignment_min_s", self.coarse_alignment_min_s)?;
         positive("coarse_residual_limit_m_s", self.coarse_residual_limit_m_s)?;

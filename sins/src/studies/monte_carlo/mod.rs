@@ -385,7 +385,7 @@ impl Trial {
             stamp,
             phase: Phase::Calibrating,
             errors: self.filter.sensor_errors(),
-            table: self.filter.table().errors,
+            table: self.filter.installation().table,
             attitude: navigation.attitude,
             position: Position {
                 latitude_rad: navigation.position.latitude_rad,

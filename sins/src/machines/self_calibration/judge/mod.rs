@@ -1,276 +1,33 @@
 //! One judge for everything that shows a verdict: is the estimate good enough, and does the filter describe its samples?
 
-use serde::{Deserialize, Serialize};
-
+mod doubt;
 mod findings;
+mod innovations;
 mod joints;
 mod left_out;
 mod turns;
+mod verdict;
 mod witness;
 
+pub use doubt::Doubt;
 pub use findings::{Finding, Test};
+pub use innovations::InnovationReport;
 pub use joints::Joints;
 pub use left_out::{LeftOut, Single};
 pub use turns::{MeanSquare, Turns};
+pub use verdict::{TestResult, Verdict};
 pub use witness::Testimony;
 
 pub(super) use findings::Looked;
+pub(super) use innovations::Judge;
 pub(super) use witness::{Seen, Witness};
 
 use super::{Phase, Settings};
-use crate::estimation::consistency::InnovationWindow;
 use crate::estimation::state::{NamedCovariance, StateValues};
 use crate::stream::counts::StreamCounts;
 
 /// So many refused samples are an accident, whatever their share.
 const REFUSED_AT_LEAST: u64 = 20;
-
-/// The test of the innovations over a run. What failed stays failed until windows enough have passed in a row.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Judge {
-    window: InnovationWindow,
-    last: f64,
-    failures: u64,
-    /// Updates that full windows have passed since the last failure; counts only while there was one.
-    agreed: u64,
-    doubtful: bool,
-    recovery_updates: u64,
-}
-
-impl Judge {
-    pub(super) fn new(settings: &Settings) -> Self {
-        let updates = settings.window_updates;
-        Self {
-            window: InnovationWindow::new(updates, settings.window_false_alarm),
-            last: 0.0,
-            failures: 0,
-            agreed: 0,
-            doubtful: false,
-            recovery_updates: settings.recovery_windows as u64 * updates as u64,
-        }
-    }
-
-    /// The judge of a new alignment: its window is empty, but what was doubtful stays so.
-    pub(super) fn of_next_alignment(&self, settings: &Settings) -> Self {
-        Self {
-            failures: self.failures,
-            doubtful: self.doubtful,
-            ..Self::new(settings)
-        }
-    }
-
-    /// Takes the normalized innovation squared of an update.
-    pub(super) fn take(&mut self, normalized_squared: f64) {
-        self.last = normalized_squared;
-        self.window.push(normalized_squared);
-        if !self.window.passes() {
-            self.failures += 1;
-            self.doubtful = true;
-            self.agreed = 0;
-        } else if self.doubtful && self.window.is_full() {
-            self.agreed += 1;
-            self.doubtful = self.agreed < self.recovery_updates;
-        }
-    }
-
-    pub(super) fn report(&self) -> InnovationReport {
-        InnovationReport {
-            last: self.last,
-            window_mean: self.window.mean().unwrap_or(0.0),
-            window_bound: self.window.upper_mean(),
-            failures: self.failures,
-            is_full: self.window.is_full(),
-            doubtful: self.doubtful,
-            agreed: self.agreed,
-            recovery: self.recovery_updates,
-        }
-    }
-}
-
-/// Innovations of the last updates.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct InnovationReport {
-    /// Normalized innovation squared of the last update, two degrees of freedom.
-    pub last: f64,
-    /// Mean over the window.
-    pub window_mean: f64,
-    /// Upper bound of that mean.
-    pub window_bound: f64,
-    /// Updates at which a full window failed, since the first alignment.
-    pub failures: u64,
-    /// The window is full, so that it can be judged.
-    pub is_full: bool,
-    /// A window failed, and not enough of them have passed since.
-    pub doubtful: bool,
-    /// Updates with passing windows since the last failure.
-    pub agreed: u64,
-    /// Updates that have to pass before a run that failed counts as consistent again.
-    pub recovery: u64,
-}
-
-/// What speaks against an estimate.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Doubt {
-    /// The filter does not run yet.
-    NotAligned,
-    /// The innovations do not agree with the covariance, now or not long ago.
-    Innovations(InnovationReport),
-    /// The innovations cannot be judged yet.
-    WindowNotFull,
-    /// The block has not turned.
-    NotTurned,
-    /// A state is less well known than was asked for.
-    Sigma {
-        /// Its name.
-        state: &'static str,
-        /// One-sigma, SI.
-        sigma: f64,
-        /// What was asked for, SI.
-        limit: f64,
-    },
-    /// A state is asked for that the filter does not have.
-    NotEstimated {
-        /// Its name.
-        state: &'static str,
-    },
-    /// A state is asked for that has kept its prior: nothing has been learned of it.
-    NotLearned {
-        /// Its name.
-        state: &'static str,
-        /// One-sigma, SI.
-        sigma: f64,
-        /// One-sigma before, SI.
-        prior: f64,
-    },
-    /// A test failed.
-    Found(Finding),
-    /// Too many samples were refused.
-    Refused {
-        /// So many.
-        refused: u64,
-        /// Of so many that came.
-        of: u64,
-    },
-    /// Too many holes.
-    Holes {
-        /// So many.
-        gaps: u64,
-        /// Among so many samples.
-        of: u64,
-    },
-}
-
-impl std::fmt::Display for Doubt {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotAligned => f.write_str("the filter does not run yet"),
-            Self::Innovations(i) if i.window_mean > i.window_bound => write!(
-                f,
-                "the innovations do not agree with the covariance: mean NIS {:.2}, bound {:.2}",
-                i.window_mean, i.window_bound
-            ),
-            Self::Innovations(i) => write!(
-                f,
-                "the innovations did not agree with the covariance at {} updates; {} of {} updates have agreed since",
-                i.failures, i.agreed, i.recovery
-            ),
-            Self::WindowNotFull => f.write_str("too few updates to judge the innovations by"),
-            Self::NotTurned => f.write_str("the block has not turned"),
-            Self::Sigma {
-                state,
-                sigma,
-                limit,
-            } => write!(
-                f,
-                "1 sigma of {state} is {sigma:.3e}, asked for at most {limit:.3e}"
-            ),
-            Self::NotEstimated { state } => {
-                write!(
-                    f,
-                    "{state} is asked for, and is none of the filter's states"
-                )
-            }
-            Self::NotLearned {
-                state,
-                sigma,
-                prior,
-            } => write!(
-                f,
-                "nothing has been learned of {state}: 1 sigma is {sigma:.3e}, and was {prior:.3e} before"
-            ),
-            Self::Found(finding) => finding.fmt(f),
-            Self::Refused { refused, of } => write!(
-                f,
-                "{refused} of {of} samples were refused ({:.1} %)",
-                100.0 * *refused as f64 / *of as f64
-            ),
-            Self::Holes { gaps, of } => write!(f, "{gaps} holes among {of} samples"),
-        }
-    }
-}
-
-/// The verdict on an estimate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[allow(
-    clippy::struct_excessive_bools,
-    reason = "one a test, as the JSON has it"
-)]
-pub struct Verdict {
-    /// Everything asked for is found, and nothing speaks against it: the phase is `converged`.
-    pub converged: bool,
-    /// The filter describes its samples.
-    pub consistent: bool,
-    /// The innovations pass their test, and have for long enough where they once did not.
-    pub innovations: bool,
-    /// Samples came in order, whole and plausible, but for few.
-    pub samples: bool,
-    /// Every sigma is below its threshold.
-    pub sigmas: bool,
-    /// The block has turned, so that sensor errors and attitude come apart.
-    pub turned: bool,
-    /// Every state that is asked for is better known than before.
-    pub learned: bool,
-    /// What speaks against the estimate, in words; empty where it converged.
-    pub reasons: Vec<String>,
-    /// Every test that could be made.
-    pub tests: Vec<TestResult>,
-}
-
-/// A test as JSON has it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct TestResult {
-    /// Its name.
-    pub name: &'static str,
-    /// Whether it passed.
-    pub passed: bool,
-    /// Its figure.
-    pub figure: f64,
-    /// How large the figure may be.
-    pub bound: f64,
-    /// The state that the figure is about, where there is one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub state: Option<&'static str>,
-    /// Its value or difference, SI.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub value: Option<f64>,
-    /// The one-sigma that goes with it, SI.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma: Option<f64>,
-}
-
-impl From<&Finding> for TestResult {
-    fn from(finding: &Finding) -> Self {
-        Self {
-            name: finding.test.name(),
-            passed: finding.passes(),
-            figure: finding.figure,
-            bound: finding.bound,
-            state: finding.about.map(|(label, _, _)| label.name),
-            value: finding.about.map(|(_, value, _)| value),
-            sigma: finding.about.map(|(_, _, sigma)| sigma),
-        }
-    }
-}
 
 /// A state that is asked for and keeps more than this share of its prior sigma has not been learned.
 const LEARNED_SHARE: f64 = 0.7;
