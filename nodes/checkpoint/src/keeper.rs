@@ -7,6 +7,7 @@ use serde::Serialize;
 use tokio::task::JoinHandle;
 
 use crate::envelope::{self, Kind};
+use crate::found::forget;
 
 /// Writes the checkpoints of one node, one at a time and never on the node's own thread.
 #[derive(Debug)]
@@ -82,6 +83,14 @@ impl Keeper {
         self.settle().await;
     }
 
+    /// Takes the file away: what it holds is to be forgotten.
+    pub async fn forget(&mut self) {
+        self.settle().await;
+        let path = self.path.clone();
+        // A panic there is none, and a file that stays is told.
+        let _done = tokio::task::spawn_blocking(move || forget(&path)).await;
+    }
+
     /// Waits for what is under way, and says what became of it: once where it begins to fail, once where it works again.
     async fn settle(&mut self) {
         let Some(task) = self.under_way.take() else {
@@ -138,6 +147,9 @@ mod tests {
         assert_eq!(keeper.problem(), None);
         assert_eq!(envelope::read(KIND, &path), Ok(Some(vec![1.5, 2.5])));
         assert!(!keeper.is_due(false).await && keeper.is_due(true).await);
+        keeper.forget().await;
+        assert!(!path.exists());
+        keeper.keep_last(vec![1.5, 2.5]).await;
 
         let mut blocked = Keeper::new(KIND, &path.join("below"), Duration::ZERO);
         blocked.keep_last(1_u8).await;

@@ -5,7 +5,9 @@
 //! node's own work, one at a time.
 
 pub mod envelope;
+mod found;
 mod keeper;
 
-pub use envelope::{Kind, Refusal, read};
+pub use envelope::{Kind, Refusal};
+pub use found::{find, put_aside};
 pub use keeper::Keeper;

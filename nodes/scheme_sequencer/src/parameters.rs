@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use node_parameters::units::{DEGREE, DEGREE_PER_SECOND, DEGREE_PER_SECOND2};
+use node_parameters::{CheckpointParameters, checkpoint};
 use ros_node::{ParameterSet, Parameters, Unit};
 use sins::table::scheme::sequencer::SequencerSettings;
 use sins::table::scheme::{BUILTIN_NAMES, Program, Scheme};
@@ -20,6 +21,8 @@ pub struct Settings {
     pub uses_action: bool,
     /// Whether the first joint state starts the scheme.
     pub autostart: bool,
+    /// How the state is kept.
+    pub checkpoint: CheckpointParameters,
 }
 
 impl Default for Settings {
@@ -34,6 +37,7 @@ impl Default for Settings {
             },
             uses_action: false,
             autostart: true,
+            checkpoint: CheckpointParameters::default(),
         }
     }
 }
@@ -110,6 +114,7 @@ pub fn declared() -> ParameterSet<Settings> {
             |s| &mut s.autostart,
             "Start with the first joint state, instead of by ~/start",
         )
+        .include(checkpoint(), |s| &mut s.checkpoint)
 }
 
 fn axis(set: ParameterSet<Settings>, index: usize, joint: &str) -> ParameterSet<Settings> {

@@ -23,6 +23,7 @@ use sins::time::seconds_to_nanos;
 use sins::units::ARC_SECOND;
 use sins::{Error, Stamp};
 
+use crate::kept::Waking;
 use crate::{phase, storage, translation};
 
 /// What is to be published.
@@ -46,27 +47,33 @@ struct Inputs {
 /// Self-calibration between messages.
 #[derive(Debug)]
 pub struct Calibrator {
-    machine: SelfCalibration,
+    pub(crate) machine: SelfCalibration,
+    /// A state that waits for the first samples.
+    pub(crate) waking: Option<Box<Waking>>,
     source: String,
     inputs: Inputs,
     imu_stamps: StreamMonitor,
     publishers: Publishers,
-    frame_id: String,
+    pub(crate) frame_id: String,
     /// The newest estimate of the running filter; none before it runs.
-    latest: Option<Estimate>,
+    pub(crate) latest: Option<Estimate>,
     /// The newest estimate that agreed with its samples; it outlives a restart.
-    good: Option<Estimate>,
+    pub(crate) good: Option<Estimate>,
     /// What the parameters ask for.
-    own_thresholds: Thresholds,
-    phase: Phase,
+    pub(crate) own_thresholds: Thresholds,
+    pub(crate) phase: Phase,
     /// Why the last alignment failed, until one succeeds.
     problem: Option<String>,
     noise_told: bool,
-    converged_published: bool,
+    pub(crate) converged_published: bool,
     scheme_status: Option<SchemeStatus>,
     /// The scheme has finished at this time; the calibration for it is due.
-    finish: Option<Stamp>,
+    pub(crate) finish: Option<Stamp>,
     next_progress: Option<Stamp>,
+    /// The state has changed so that it should be kept now.
+    pub(crate) hurries: bool,
+    /// How often the state has been kept, and why it could not be the last time; none where nobody keeps it.
+    pub(crate) kept: Option<(u64, Option<String>)>,
 }
 
 impl Calibrator {
@@ -79,6 +86,7 @@ impl Calibrator {
         Ok(Self {
             phase: machine.phase(),
             machine,
+            waking: None,
             source: source.to_owned(),
             inputs: Inputs {
                 imu: InputWatch::required(topics::IMU_DATA_RAW.name, silence),
@@ -98,6 +106,8 @@ impl Calibrator {
             scheme_status: None,
             finish: None,
             next_progress: None,
+            hurries: false,
+            kept: None,
         })
     }
 
@@ -119,6 +129,9 @@ impl Calibrator {
         self.inputs.joints.arrived(1);
         match JointSample::from_message(joints) {
             Ok(sample) => {
+                if let Some(waking) = &mut self.waking {
+                    waking.joints(sample);
+                }
                 if let Err(error) = self.machine.push_joints(sample) {
                     self.inputs.joints.refuse("not finite", error);
                 }
@@ -159,7 +172,11 @@ impl Calibrator {
             self.frame_id.clone_from(&imu.header.frame_id);
         }
         self.tell_assumed_noise(&sample);
-        self.machine.push_imu(&sample);
+        if self.waking.is_some() {
+            self.wake(&sample);
+        } else {
+            self.machine.push_imu(&sample);
+        }
         let mut outputs = Vec::new();
         while let Some(event) = self.machine.poll() {
             outputs.extend(self.follow(event));
@@ -304,6 +321,8 @@ impl Calibrator {
 
     /// Starts anew with the next sample and forgets what is known of the sensors, for a reason.
     pub fn restart(&mut self, why: &str) {
+        self.waking = None;
+        self.hurries = true;
         self.machine.reset();
         self.forget();
         self.problem = None;
@@ -435,6 +454,7 @@ impl Calibrator {
         if before == now {
             return;
         }
+        self.hurries = true;
         let why = phase::reason(before, now, self.latest.as_ref(), self.machine.settings());
         let (from, to) = (before.name(), now.name());
         if now == Phase::Inconsistent {
@@ -495,6 +515,18 @@ impl Calibrator {
             .velocity
             .report()
             .with("missing velocities", missing)
+    }
+
+    /// Whether the state is kept.
+    pub fn checkpoint_report(&self) -> Report {
+        let Some((written, problem)) = &self.kept else {
+            return Report::ok("off");
+        };
+        let report = Report::ok(format!("written {written} times")).with("written", written);
+        match problem {
+            Some(problem) => report.worsened(Level::Error, problem),
+            None => report,
+        }
     }
 
     /// Where self-calibration stands.

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use node_parameters::{
-    FilterParameters, InputParameters, ThresholdParameters, filter, input, thresholds,
+    CheckpointParameters, FilterParameters, InputParameters, ThresholdParameters, checkpoint,
+    filter, input, thresholds,
 };
 use ros_node::{ParameterSet, Parameters, Unit};
 use sins::machines::self_calibration::Settings;
@@ -17,6 +18,8 @@ pub struct NodeSettings {
     joint_patience_s: f64,
     /// What `~/save` writes and `~/load` reads; empty: where ROS keeps its files.
     pub calibration_file: String,
+    /// How the state is kept.
+    pub checkpoint: CheckpointParameters,
 }
 
 /// All parameters of the node. The defaults are those of [`Settings`], with the whole model.
@@ -27,6 +30,7 @@ pub fn declared() -> ParameterSet<NodeSettings> {
         input: *input().base(),
         joint_patience_s: Settings::default().joint_patience_s,
         calibration_file: String::new(),
+        checkpoint: CheckpointParameters::default(),
     };
     ParameterSet::new("Files", base)
         .include(filter(), |s| &mut s.filter)
@@ -44,6 +48,7 @@ pub fn declared() -> ParameterSet<NodeSettings> {
             |s| &mut s.calibration_file,
             "File that ~/save writes and ~/load reads; empty: self_calibration.yaml in ROS_HOME, or in .ros at home",
         )
+        .include(checkpoint(), |s| &mut s.checkpoint)
 }
 
 /// What the parameters amount to.
