@@ -405,7 +405,10 @@ impl Calibrator {
 
     /// An estimate without numbers, once per covariance step, while there is no filter yet.
     fn progress(&mut self, stamp: Stamp) -> Option<Output> {
-        if self.latest.is_some() || self.next_progress.is_some_and(|next| stamp < next) {
+        if self.waking.is_some()
+            || self.latest.is_some()
+            || self.next_progress.is_some_and(|next| stamp < next)
+        {
             return None;
         }
         let period = seconds_to_nanos(self.machine.settings().step_s);
@@ -449,6 +452,9 @@ impl Calibrator {
 
     /// Logs a change of phase, once, with its reason.
     fn follow_phase(&mut self) {
+        if self.waking.is_some() {
+            return;
+        }
         let now = self.machine.phase();
         let before = std::mem::replace(&mut self.phase, now);
         if before == now {

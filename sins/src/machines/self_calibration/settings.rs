@@ -361,6 +361,12 @@ impl Settings {
         ] {
             vector.iter().try_for_each(|v| positive(name, *v))?;
         }
+        for (label, limit) in self.thresholds.iter() {
+            if limit.is_nan() {
+                let name = format!("threshold of {}", label.name);
+                return Err(Error::setting(name, limit, "a number that is not negative"));
+            }
+        }
         self.check_reference()?;
         self.check_groups()?;
         if let Some(noise) = &self.noise {
