@@ -22,17 +22,30 @@ fn good(compression: Compression) -> Vec<u8> {
 
 /// The same without chunks and without a summary, as the smallest recorders write.
 fn unindexed() -> Vec<u8> {
+    let options = mcap::WriteOptions::new()
+        .use_chunks(false)
+        .emit_summary_records(false)
+        .emit_summary_offsets(false);
+    rewritten(options, "cdr")
+}
+
+/// In chunks, without the index of their messages.
+fn without_message_index() -> Vec<u8> {
+    let options = mcap::WriteOptions::new()
+        .chunk_size(Some(20_000))
+        .compression(None)
+        .emit_message_indexes(false);
+    rewritten(options, "cdr")
+}
+
+/// The good bag, written in another way.
+fn rewritten(options: mcap::WriteOptions, encoding: &str) -> Vec<u8> {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("x.mcap");
     fs::write(&path, good(Compression::Zstd)).unwrap();
     let bag = Bag::open(&path).unwrap();
     let mut bytes = std::io::Cursor::new(Vec::new());
-    let mut writer = mcap::WriteOptions::new()
-        .use_chunks(false)
-        .emit_summary_records(false)
-        .emit_summary_offsets(false)
-        .create(&mut bytes)
-        .unwrap();
+    let mut writer = options.create(&mut bytes).unwrap();
     let mut messages = bag.messages(&bags::Selection::default());
     while let Some(message) = messages.next() {
         let topic = &bag.topics()[message.topic];
@@ -43,7 +56,7 @@ fn unindexed() -> Vec<u8> {
             .add_channel(
                 schema,
                 &topic.name,
-                "cdr",
+                encoding,
                 &std::collections::BTreeMap::new(),
             )
             .unwrap();
@@ -209,6 +222,86 @@ fn zeros_at_the_end() {
     let contents = read_all(&file(&bytes).path);
     assert!(contents.messages.len() > 300);
     assert!(warning_lines(&contents)[0].contains("ends at byte"));
+}
+
+/// Without an index of its messages a damaged chunk is told too: when the bag is opened, whatever topics are asked for, and once. What
+/// stands around it is read.
+#[test]
+fn a_damaged_chunk_without_an_index_is_told() {
+    let good = without_message_index();
+    assert!(read_all(&file(&good).path).warnings.is_empty());
+    let mut bytes = good.clone();
+    let at = chunk_offset(&bytes, 2) + 5000;
+    bytes[at..at + 4].copy_from_slice(&[0xff; 4]);
+    let file = file(&bytes);
+    let bag = Bag::open(&file.path).unwrap();
+    let is_told = |warning: &bags::Warning| matches!(warning.what, Damage::ChunkSkipped { .. });
+    assert_eq!(bag.warnings().len(), 1);
+    assert!(is_told(&bag.warnings()[0]) && bag.warnings()[0].log_time.is_some());
+    let contents = read_all(&file.path);
+    assert_eq!(warning_lines(&contents).len(), 1);
+    let count = contents.messages.len();
+    assert!(count > MESSAGES / 2 && count < MESSAGES, "{count}");
+}
+
+/// A chunk that claims more than the bound is not unpacked, and is told.
+#[test]
+fn a_bomb_is_not_unpacked() {
+    let mut bytes = good(Compression::Zstd);
+    let at = chunk_offset(&bytes, 1) + 9 + 16;
+    bytes[at..at + 8].copy_from_slice(&(1_u64 << 30).to_le_bytes());
+    let contents = read_all(&file(&bytes).path);
+    let lines = warning_lines(&contents);
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert!(
+        lines[0].contains("1073741824 bytes, expected at most"),
+        "{lines:?}"
+    );
+}
+
+/// Messages that are no CDR are refused by the name of their encoding.
+#[test]
+fn other_encodings_are_refused() {
+    let file = file(&rewritten(mcap::WriteOptions::new(), "json"));
+    let bag = Bag::open(&file.path).unwrap();
+    let told = SensorStream::new(&bag, &SensorOptions::default())
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(
+        told.contains("/imu/data_raw: message encoding \"json\", expected \"cdr\""),
+        "{told}"
+    );
+}
+
+/// A device and a FIFO are no bags, and nothing is waited for.
+#[test]
+fn what_never_ends_is_no_bag() {
+    let told = Bag::open("/dev/zero").err().unwrap().to_string();
+    assert!(told.contains("/dev/zero: a device or a pipe"), "{told}");
+}
+
+/// A record that is there is not written over, unless that is asked for; nothing of it is lost by the question.
+#[test]
+fn a_record_is_not_written_over() {
+    use bags::{BagWriter, WriteOptions};
+    let bytes = good(Compression::Zstd);
+    let file = file(&bytes);
+    let told = BagWriter::create(&file.path, WriteOptions::default())
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(told.contains("it is there already"), "{told}");
+    assert_eq!(fs::read(&file.path).unwrap(), bytes);
+    let options = WriteOptions {
+        replaces: true,
+        ..WriteOptions::default()
+    };
+    BagWriter::create(&file.path, options)
+        .unwrap()
+        .finish()
+        .unwrap();
+    assert!(fs::read(&file.path).unwrap().len() < bytes.len());
 }
 
 /// A message that is no Imu names file, topic and number, and the stream goes on behind it.

@@ -135,6 +135,21 @@ pub fn read(path: &Path) -> anyhow::Result<Calibration> {
 
 fn calibration(file: CalibrationFile) -> anyhow::Result<Calibration> {
     let scaled = |values: [f64; 3], unit: f64| values.map(|value| value * unit);
+    for (key, sigmas) in [
+        (
+            "gyroscope_drift_std_deg_per_hour",
+            file.gyroscope_drift_std_deg_per_hour,
+        ),
+        ("accelerometer_bias_std_ug", file.accelerometer_bias_std_ug),
+    ] {
+        for sigma in sigmas {
+            // Not a number is at least nothing.
+            ensure!(
+                sigma >= 0.0 && sigma.is_finite(),
+                "{key} holds {sigma}, expected finite numbers that are not negative"
+            );
+        }
+    }
     let mut record = CalibrationRecord {
         stamp: Stamp::from_nanos(file.stamp_ns),
         phase: file.phase,
@@ -378,6 +393,52 @@ mod tests {
         file.gyroscope_drift_deg_per_hour[1] = 1e6;
         let error = calibration(file).unwrap_err().to_string();
         assert!(error.contains("gyroscope_drift"), "{error}");
+    }
+
+    /// Numbers that are none, sigmas below zero and places off the globe are refused in one line that names them, in the text as in the
+    /// section `si`.
+    #[test]
+    fn numbers_that_mean_nothing_are_refused() {
+        let good = text(&example(), "x").unwrap();
+        let told = |change: fn(&mut CalibrationFile)| {
+            let mut file: CalibrationFile = serde_saphyr::from_str(&good).unwrap();
+            change(&mut file);
+            format!("{:#}", calibration(file).unwrap_err())
+        };
+        type Change = fn(&mut CalibrationFile);
+        let changes: [(&str, Change); 8] = [
+            ("gyroscope_drift", |f| {
+                f.gyroscope_drift_deg_per_hour[0] = f64::NAN;
+            }),
+            ("gyroscope_drift_std", |f| {
+                f.gyroscope_drift_std_deg_per_hour[2] = -0.1;
+            }),
+            ("accelerometer_bias_std", |f| {
+                f.accelerometer_bias_std_ug[1] = f64::NAN;
+            }),
+            ("latitude", |f| {
+                f.si = None;
+                f.latitude_deg = 95.0;
+            }),
+            ("longitude", |f| {
+                f.si = None;
+                f.longitude_deg = f64::INFINITY;
+            }),
+            ("attitude", |f| f.attitude_xyzw[3] = f64::NAN),
+            ("covariance", |f| {
+                f.si.as_mut().unwrap().covariance[0][1] = f64::NAN;
+            }),
+            ("variance of", |f| {
+                f.si.as_mut().unwrap().covariance[4][4] = -1e-9;
+            }),
+        ];
+        for (words, change) in changes {
+            let line = told(change);
+            assert!(
+                line.contains(words) && !line.contains('\n'),
+                "{words}: {line}"
+            );
+        }
     }
 
     /// A key that means nothing is named.
