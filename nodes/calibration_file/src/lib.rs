@@ -213,7 +213,9 @@ fn put_si(record: &mut CalibrationRecord, si: Si) -> anyhow::Result<()> {
 }
 
 fn agree(name: &str, field: Vector3<f64>, si: Vector3<f64>) -> anyhow::Result<()> {
-    let differs = (field - si).norm() > SAME * si.norm().max(f64::MIN_POSITIVE);
+    let apart = (field - si).norm();
+    // Not a number is not near anything.
+    let differs = apart.is_nan() || apart > SAME * si.norm().max(f64::MIN_POSITIVE);
     ensure!(
         !differs,
         "{name} and its value in si differ (to set it by hand, take the section si out)"

@@ -80,6 +80,10 @@ impl Shared {
             && let Ok(sample) = JointSample::from_message(message)
         {
             self.wake(&mut machine, &sample);
+            // Until then nothing is said of where the scheme stands.
+            if machine.waking.is_some() {
+                return Some(sample);
+            }
         }
         // A motion commanded before the table listens would be lost, so the scheme begins when it does.
         if machine.sequencer.state() == State::WaitingForTable && !self.table.listens() {

@@ -165,11 +165,12 @@ fn nonsense(goal: &Goal) -> Option<String> {
 
 /// The goal's thresholds, and the node's where the goal has none.
 fn thresholds(goal: &Goal, own: Thresholds) -> Thresholds {
-    let level = goal.level_threshold;
+    // Zero and below leave the node's.
+    let level = goal.level_threshold.max(0.0);
     let asked = Thresholds::new(
-        [level, level, goal.azimuth_threshold],
-        [goal.accelerometer_bias_threshold; 3],
-        [goal.gyroscope_drift_threshold; 3],
+        [level, level, goal.azimuth_threshold.max(0.0)],
+        [goal.accelerometer_bias_threshold.max(0.0); 3],
+        [goal.gyroscope_drift_threshold.max(0.0); 3],
     );
     own.replaced_by(&asked)
 }

@@ -1,12 +1,15 @@
 //! Faulty input: one clear line that names file, topic or key, the right exit status, and no panic.
 
+use std::fs;
+use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
 use serde_json::Value;
 use suite_tests::{
-    Answer, Simulation, alter, alter_imu, copy_bag, executable, rotary_sins, scratch, without_topic,
+    Answer, Program, Simulation, alter, alter_imu, copy_bag, executable, isolated, mcap_of,
+    rotary_sins, sample, scratch, without_topic,
 };
 
 const IMU: &str = "/imu/data_raw";
@@ -231,4 +234,157 @@ fn unknown_key_of_a_parameter_file_is_named() {
     .unwrap();
     run_node("self_calibrator", &["--params-file", text(&file)])
         .expect_refusal(&["parameters.yaml", "turn_degrees"]);
+}
+
+/// What is read is not written over, under whatever name, and a record that is there is not replaced unless that is asked for; what goes to
+/// a device is written to it.
+#[test]
+fn records_are_not_written_over() {
+    let folder = scratch("written_over");
+    let bag = folder.join("bag.mcap");
+    fs::copy(mcap_of(&sample("eight_position")), &bag).unwrap();
+    let before = fs::read(&bag).unwrap();
+    let link = folder.join("link.yaml");
+    std::os::unix::fs::symlink("bag.mcap", &link).unwrap();
+    for output in [&bag, &link] {
+        let answer = rotary_sins(&["calibrate", text(&bag), "--output", text(output)]);
+        answer.expect_refusal(&["would be written over"]);
+    }
+    let simulate = ["simulate", "--hours", "0.01", "--output", text(&bag)];
+    rotary_sins(&simulate).expect_refusal(&["bag.mcap", "it is there already"]);
+    assert_eq!(fs::read(&bag).unwrap(), before);
+    let _told = rotary_sins(&[&simulate[..], &["--force"]].concat()).expect_status(0);
+    assert_ne!(fs::read(&bag).unwrap(), before);
+
+    let bag = sample("eight_position");
+    let answer = rotary_sins(&["calibrate", text(&bag), "--output", "/dev/null"]);
+    assert!(answer.status < 2, "{}", answer.stderr);
+    let kind = fs::metadata("/dev/null").unwrap().file_type();
+    assert!(kind.is_char_device());
+}
+
+/// `record` over a record ends with a line and leaves it as it was.
+#[test]
+fn record_does_not_empty_a_record() {
+    isolated(|| {
+        let bag = scratch("record_over").join("bag.mcap");
+        fs::copy(mcap_of(&sample("eight_position")), &bag).unwrap();
+        let before = fs::read(&bag).unwrap();
+        let answer = rotary_sins(&["record", "--duration", "1", "--output", text(&bag)]);
+        assert_ne!(answer.status, 0, "{}", answer.stderr);
+        answer.expect_words(&["bag.mcap", "it is there already"]);
+        assert_eq!(fs::read(&bag).unwrap(), before);
+    });
+}
+
+/// A bag of which something cannot be read has a status of its own; a whole one has 0.
+#[test]
+fn a_damaged_bag_has_its_own_status() {
+    for (name, status) in [("eight_position", 0), ("cut_off", 3), ("damaged_chunk", 3)] {
+        let answer = rotary_sins(&["info", text(&sample(name))]).expect_status(status);
+        assert_eq!(answer.stderr.is_empty(), status == 0, "{}", answer.stderr);
+    }
+}
+
+/// What never ends or never begins is refused at once, as a bag, a calibration or a scheme.
+#[test]
+fn devices_and_pipes_are_refused() {
+    let folder = scratch("pipes");
+    let fifo = folder.join("fifo");
+    let made = Command::new("mkfifo").arg(&fifo).status();
+    assert!(made.unwrap().success());
+    let bag = sample("eight_position");
+    for path in ["/dev/zero", text(&fifo)] {
+        let refused = |arguments: &[&str]| {
+            rotary_sins(arguments).expect_refusal(&[path, "expected a regular file"]);
+        };
+        refused(&["info", path]);
+        refused(&["navigate", text(&bag), "--calibration", path]);
+        refused(&[
+            "simulate",
+            "--scheme",
+            path,
+            "--output",
+            text(&folder.join("b")),
+        ]);
+    }
+}
+
+/// An argument that is no text is a line, for the command line as for a node.
+#[test]
+fn an_argument_that_is_no_text_is_a_line() {
+    use std::os::unix::ffi::OsStrExt;
+    let argument = std::ffi::OsStr::from_bytes(b"b\xffg.mcap");
+    for (name, first) in [("rotary-sins", "info"), ("self_calibrator", "--help")] {
+        let output = Command::new(Program::new(name).path())
+            .arg(first)
+            .arg(argument)
+            .output();
+        Answer::from(output.unwrap()).expect_refusal(&["no UTF-8"]);
+    }
+}
+
+/// Thresholds that mean nothing, and steps that are none, are refused by the name of the option.
+#[test]
+fn numbers_that_mean_nothing_are_refused() {
+    let bag = sample("eight_position");
+    for (option, value) in [
+        ("--azimuth-threshold-arcmin", "nan"),
+        ("--azimuth-threshold-arcmin", "-1"),
+        ("--gyroscope-drift-threshold-deg-per-hour", "nan,nan,nan"),
+        ("--update-interval-s", "nan"),
+        ("--update-interval-s", "0"),
+        ("--update-interval-s", "1e9"),
+    ] {
+        let given = format!("{option}={value}");
+        let answer = rotary_sins(&["calibrate", text(&bag), &given]);
+        answer.expect_refusal(&[option.trim_start_matches("--")]);
+    }
+}
+
+/// 57 600 positions off the globe cost one line, and time in proportion to their number.
+#[test]
+fn many_bad_positions_are_one_line() {
+    let from = bags::Bag::open(at_rest()).unwrap();
+    let path = scratch("bad_positions").join("bad.mcap");
+    let mut to = bags::BagWriter::create(&path, bags::WriteOptions::default()).unwrap();
+    let ids: Vec<bags::TopicId> = from
+        .topics()
+        .iter()
+        .map(|topic| {
+            let topic = bags::NewTopic {
+                name: topic.name.clone(),
+                type_name: topic.type_name.clone(),
+                schema: Some(topic.schema.clone()),
+                type_hash: topic.type_hash.clone(),
+                qos: topic.qos.clone(),
+            };
+            to.add_topic(topic).unwrap()
+        })
+        .collect();
+    let mut messages = from.messages(&bags::Selection::default());
+    let mut bad = 0;
+    while let Some(message) = messages.next() {
+        let time = message.log_time;
+        let id = ids[message.topic];
+        to.write_payload(id, time, time, message.data).unwrap();
+        if from.topics()[message.topic].name == "/fix" {
+            let mut fix: NavSatFix = bags::cdr::decode(message.data).unwrap();
+            fix.latitude = 95.0;
+            for _ in 0..80 {
+                to.write(id, time, &fix).unwrap();
+                bad += 1;
+            }
+        }
+    }
+    to.finish().unwrap();
+    assert!(bad >= 57_600, "{bad}");
+    let answer = calibrate(&path).expect_status(1);
+    let lines: Vec<&str> = answer
+        .stderr
+        .lines()
+        .filter(|line| line.contains("/fix"))
+        .collect();
+    assert!((1..=2).contains(&lines.len()), "{lines:#?}");
+    assert!(lines[0].contains("latitude"), "{lines:#?}");
 }
