@@ -84,7 +84,7 @@ pub struct Turns {
 const LENGTHS: [u32; 2] = [40, 80];
 
 /// Means over stretches of one length, east and north, times the root of their number.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stretches {
     length: u32,
     sums: [f64; 3],
