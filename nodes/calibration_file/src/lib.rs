@@ -401,13 +401,13 @@ mod tests {
     /// section `si`.
     #[test]
     fn numbers_that_mean_nothing_are_refused() {
+        type Change = fn(&mut CalibrationFile);
         let good = text(&example(), "x").unwrap();
         let told = |change: fn(&mut CalibrationFile)| {
             let mut file: CalibrationFile = serde_saphyr::from_str(&good).unwrap();
             change(&mut file);
             format!("{:#}", calibration(file).unwrap_err())
         };
-        type Change = fn(&mut CalibrationFile);
         let changes: [(&str, Change); 8] = [
             ("gyroscope_drift", |f| {
                 f.gyroscope_drift_deg_per_hour[0] = f64::NAN;

@@ -49,6 +49,7 @@ where
     match told {
         Ok(arguments) => run_with(arguments, builder, main),
         Err(argument) => {
+            let argument = argument.to_string_lossy();
             eprintln!("{}: argument {argument:?} is no UTF-8", builder.name());
             ExitCode::from(2)
         }

@@ -88,6 +88,7 @@ fn main() -> ExitCode {
     let mut arguments = match told {
         Ok(arguments) => arguments,
         Err(argument) => {
+            let argument = argument.to_string_lossy();
             return refused(&format!("argument {argument:?} is no UTF-8"));
         }
     };

@@ -112,7 +112,7 @@ fn difference(kept: &Settings, asked: &Settings) -> String {
             let names = above
                 .iter()
                 .map(|line| line.trim().split([':', ' ']).next().unwrap_or_default());
-            let within: String = names.map(|name| format!("{name}: ")).collect();
+            let within = names.fold(String::new(), |within, name| within + name + ": ");
             return format!(
                 "it was made with {within}{}, the settings say {within}{}",
                 clean(kept),
