@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use nalgebra::Vector3;
-use ros2_interfaces::sensor_msgs::NavSatStatus;
+use ros2_interfaces::sensor_msgs::{JointState, NavSatFix, NavSatStatus};
 use ros2_interfaces::std_msgs::Header;
 use rotary_sins_msgs::convert::imu_from_sample;
 use sins::earth::LocalEarth;
