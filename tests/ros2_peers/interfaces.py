@@ -14,6 +14,7 @@ from control_msgs.action import FollowJointTrajectory
 from peer import answer, filled, message_type, plain, reliable, spin_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.duration import Duration
+from rclpy.task import Future
 from rotary_sins_msgs.action import SelfCalibrate
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
@@ -56,9 +57,17 @@ for name, kind in SERVICES.items():
     sent[f"{name} response"] = plain(filled(kind.Response))
 for name, kind in ACTIONS.items():
 
-    def execute(goal, name=name, kind=kind):
+    heard = Future()
+    node.create_subscription(
+        String, f"/heard_in_rust/{name}", lambda _, heard=heard: heard.done() or heard.set_result(None), reliable(1, latched=True)
+    )
+
+    async def execute(goal, name=name, kind=kind, heard=heard):
         note(received, f"{name} goal", goal.request)
-        goal.publish_feedback(filled(kind.Feedback))
+        # A feedback may come before the other end is known, and one beside the result after it: repeated until it is heard.
+        timer = node.create_timer(0.05, lambda: goal.publish_feedback(filled(kind.Feedback)))
+        await heard
+        timer.cancel()
         goal.succeed()
         return filled(kind.Result)
 
@@ -91,8 +100,11 @@ for name, kind in ACTIONS.items():
         goal, lambda message, name=name: note(received, f"{name} feedback", message.feedback)
     )
     spin_until(node, call.done, f"an answer of {name}")
+    spin_until(node, lambda: f"{name} feedback" in received, f"feedback of {name}")
+    heard = node.create_publisher(String, f"/heard_in_python/{name}", reliable(1, latched=True))
+    heard.publish(String())
     result = call.result().get_result_async()
-    spin_until(node, lambda: result.done() and f"{name} feedback" in received, f"feedback and result of {name}")
+    spin_until(node, result.done, f"result of {name}")
     note(received, f"{name} result", result.result().result)
 
 expected = set(messages) | {f"{name} {part}" for name in SERVICES for part in ("request", "response")}

@@ -4,6 +4,7 @@
 use std::any::Any;
 use std::path::Path;
 use std::pin::Pin;
+use std::time::Duration;
 
 use ros_node::{ActionPart, GoalNews, Message, Node, NodeBuilder, Qos};
 use ros2_interfaces::control_msgs::{self, FOLLOW_JOINT_TRAJECTORY};
@@ -17,6 +18,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use suite_tests::{GUARD, Peer, assert_filled, each_distribution, filled};
+
+/// How often a feedback is repeated until it is heard.
+const BEAT: Duration = Duration::from_millis(50);
 
 /// There is no wheel of its package; it is held against rosbags by the tests of the messages.
 const MISSING: &str = "tf2_msgs/msg/TFMessage";
@@ -96,9 +100,23 @@ where
     let client = node
         .action_client::<G, R, F>(&format!("/python/{name}"), kind)
         .unwrap();
+    let mut heard_there = node
+        .subscription::<std_msgs::String>(&format!("/heard_in_python/{name}"), Qos::latched(1))
+        .unwrap();
+    let heard_here = node
+        .publisher::<std_msgs::String>(&format!("/heard_in_rust/{name}"), Qos::latched(1))
+        .unwrap();
     let (goal, handle) = server.recv().await.accept();
     book.receive(&format!("{name} goal"), goal);
-    handle.feedback(book.send(&format!("{name} feedback")));
+    // A feedback may come before the other end is known, and one beside the result after it: repeated until it is heard.
+    let feedback: F = book.send(&format!("{name} feedback"));
+    let mut beat = tokio::time::interval(BEAT);
+    loop {
+        tokio::select! {
+            _ = heard_there.recv() => break,
+            _ = beat.tick() => handle.feedback(feedback.clone()),
+        }
+    }
     handle.succeed(&book.send(&format!("{name} result")));
 
     let goal: G = book.send(&format!("{name} goal"));
@@ -109,7 +127,11 @@ where
         .expect("accepted");
     loop {
         match goal.next().await {
-            GoalNews::Feedback(feedback) => book.receive(&format!("{name} feedback"), feedback),
+            GoalNews::Feedback(feedback) => {
+                book.receive(&format!("{name} feedback"), feedback);
+                let told = heard_here.publish(std_msgs::String::default());
+                assert!(told.is_on_its_way());
+            }
             GoalNews::Ended(_, result) => {
                 book.receive(&format!("{name} result"), result);
                 return book;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use suite_tests::{
-    BAD_SAMPLES, GOOD_SAMPLES, assert_within_sigmas, executable, rotary_sins, sample, samples,
+    BAD_SAMPLES, GOOD_SAMPLES, assert_within_sigmas, calibrate, executable, sample, samples,
     scratch, truth_of_sample, vector,
 };
 
@@ -75,9 +75,7 @@ fn they_are_small() {
 fn the_good_ones_converge_to_their_truth() {
     for name in GOOD_SAMPLES {
         let bag = sample(name);
-        let json = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"])
-            .expect_status(0)
-            .json();
+        let json = calibrate(&bag).expect_status(0).json();
         let truth = truth_of_sample(name);
         assert_eq!(
             (&json["gaps"], &json["phase"]),
@@ -107,7 +105,7 @@ fn the_good_ones_converge_to_their_truth() {
 #[test]
 fn the_one_that_was_cut_off_says_so() {
     let bag = sample("cut_off");
-    let answer = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"]).expect_status(1);
+    let answer = calibrate(&bag).expect_status(1);
     answer.expect_words(&["cut_off_0.mcap", "ends at byte"]);
     let duration = answer.json()["duration_s"].as_f64().unwrap();
     assert!(duration > 600.0 && duration < 1800.0, "{duration} s");
@@ -117,7 +115,9 @@ fn the_one_that_was_cut_off_says_so() {
 #[test]
 fn the_damaged_one_says_so() {
     let bag = sample("damaged_chunk");
-    let answer = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"]).expect_status(1);
+    let answer = calibrate(&bag).expect_status(1);
     answer.expect_words(&["damaged_chunk_0.mcap", "chunk at byte", "left out"]);
-    assert_ne!(answer.json()["lost_samples"], 0);
+    let json = answer.json();
+    assert_ne!(json["lost_samples"], 0);
+    assert_ne!(json["gaps"], 0);
 }
