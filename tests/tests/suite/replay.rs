@@ -153,6 +153,18 @@ fn a_ship_elsewhere_converges() {
     isolated(|| replay_converges_and_equals_the_command_line("elsewhere"));
 }
 
+/// A ring laser with all its residuals on a table with its own: the whole model, with encoders.
+#[test]
+fn a_real_sensor_converges() {
+    isolated(|| replay_converges_and_equals_the_command_line("real_sensor"));
+}
+
+/// A ship that rolls at her mooring: positions are what she is calibrated by.
+#[test]
+fn a_ship_in_a_sea_converges() {
+    isolated(|| replay_converges_and_equals_the_command_line("moored_sea"));
+}
+
 /// 10 000 samples of the IMU a second through the calibrator, and every one of them is used.
 #[test]
 fn ten_thousand_samples_a_second_lose_nothing() {
