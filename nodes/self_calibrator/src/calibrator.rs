@@ -58,7 +58,8 @@ pub struct Calibrator {
     phase: Phase,
     /// Why the last alignment failed, until one succeeds.
     problem: Option<String>,
-    noise_told: bool,
+    /// The samples do not say how noisy they are, nor do the parameters. None before the first sample.
+    noise_is_assumed: Option<bool>,
     converged_published: bool,
     scheme_status: Option<SchemeStatus>,
     /// The scheme has finished at this time; the calibration for it is due.
@@ -90,7 +91,7 @@ impl Calibrator {
             good: None,
             own_thresholds: settings.thresholds.clone(),
             problem: None,
-            noise_told: false,
+            noise_is_assumed: None,
             converged_published: false,
             scheme_status: None,
             finish: None,
@@ -117,7 +118,7 @@ impl Calibrator {
         if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
             self.frame_id.clone_from(&imu.header.frame_id);
         }
-        self.tell_assumed_noise(&sample);
+        self.look_at_noise(&sample);
         self.machine.push_imu(&sample);
         let mut outputs = Vec::new();
         while let Some(event) = self.machine.poll() {

@@ -8,6 +8,10 @@ use sins::units::ARC_SECOND;
 use super::{Calibrator, Output};
 use crate::phase;
 
+/// What to say of samples without covariances.
+pub(super) const NOISE_IS_ASSUMED: &str = "the covariances are not filled in; 0.001 deg/sqrt(h) and 10 ug/sqrt(Hz) are \
+     assumed (parameters angle_random_walk_deg_per_sqrt_hour and velocity_random_walk_ug_per_sqrt_hz tell better)";
+
 impl Calibrator {
     /// What happened in the machine, and what it gives to publish.
     pub(super) fn follow(&mut self, event: Event) -> Option<Output> {
@@ -72,20 +76,17 @@ impl Calibrator {
         }
     }
 
-    pub(super) fn tell_assumed_noise(&mut self, sample: &ImuSample) {
-        if self.noise_told {
+    /// Says once where the noise of the samples has to be assumed.
+    pub(super) fn look_at_noise(&mut self, sample: &ImuSample) {
+        if self.noise_is_assumed.is_some() {
             return;
         }
-        self.noise_told = true;
         let known = |v: &nalgebra::Vector3<f64>| v.iter().all(|x| *x > 0.0);
-        if self.machine.settings().noise.is_none()
-            && !(known(&sample.angular_rate_variance) && known(&sample.specific_force_variance))
-        {
-            tracing::warn!(
-                "{}: the covariances are not filled in; 0.001 deg/sqrt(h) and 10 ug/sqrt(Hz) are assumed (parameters \
-                 angle_random_walk_deg_per_sqrt_hour and velocity_random_walk_ug_per_sqrt_hz tell better)",
-                topics::IMU_DATA_RAW.name
-            );
+        let is_told = self.machine.settings().noise.is_some()
+            || (known(&sample.angular_rate_variance) && known(&sample.specific_force_variance));
+        self.noise_is_assumed = Some(!is_told);
+        if !is_told {
+            tracing::warn!("{}: {NOISE_IS_ASSUMED}", topics::IMU_DATA_RAW.name);
         }
     }
 }

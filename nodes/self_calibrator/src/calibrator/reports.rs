@@ -5,18 +5,24 @@ use ros_node::{InputWatch, Level, Report};
 use sins::machines::self_calibration::{Phase, Reference};
 
 use super::Calibrator;
+use super::events::NOISE_IS_ASSUMED;
 use crate::phase;
 
 impl Calibrator {
     /// How the samples come.
     pub fn imu_report(&self) -> Report {
         let samples = self.machine.samples();
-        samples_report(
+        let report = samples_report(
             &self.inputs.imu,
             &self.imu_stamps,
             samples.counts,
             &self.publishers,
-        )
+        );
+        if self.noise_is_assumed != Some(true) {
+            return report;
+        }
+        let topic = self.inputs.imu.topic();
+        report.worsened(Level::Warn, &format!("{topic}: {NOISE_IS_ASSUMED}"))
     }
 
     /// How the joint states come.
