@@ -108,7 +108,7 @@ where
         .unwrap();
     let (goal, handle) = server.recv().await.accept();
     book.receive(&format!("{name} goal"), goal);
-    // A feedback may come before the other end is known, and one beside the result after it: repeated until it is heard.
+    // A feedback may come before the other end is known, and one beside the result after it.
     let feedback: F = book.send(&format!("{name} feedback"));
     let mut beat = tokio::time::interval(BEAT);
     loop {
@@ -214,8 +214,8 @@ async fn exchange(python: &Path) {
         (ends, received)
     };
     // What the peer says comes first: without it nothing here ends well.
+    let peer = async { peer.await.expect("the peer") };
     let (answer, ends) = tokio::join!(peer, tokio::time::timeout(GUARD, ends));
-    let answer = answer.unwrap();
     let ((follow, calibrate, set_bool, trigger), received) =
         ends.expect("both ends of actions and services");
     let mut book = Book::default();
