@@ -35,7 +35,7 @@ impl Simulation {
         Self::new("static", 0.2, 10.0, 3)
     }
 
-    /// An hour and a half of the eight positions, 10 Hz, which converges after 1.2 h.
+    /// An hour and a half of the eight positions, 10 Hz, which converges after about an hour.
     pub fn converging() -> Self {
         Self::new("eight-position", 1.5, 10.0, 3)
     }
