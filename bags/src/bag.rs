@@ -17,6 +17,12 @@ use crate::{
     metadata::{self, MetadataRead},
 };
 
+/// How messages that can be read are packed.
+pub const ENCODING: &str = "cdr";
+
+/// More in a `metadata.yaml` is none \[bytes\].
+const LONGEST_METADATA: u64 = 64 << 20;
+
 /// A topic of a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
@@ -184,7 +190,8 @@ impl Bag {
     /// else the only one of this type.
     ///
     /// # Errors
-    /// [`Error::MissingTopic`] with what the bag has, also where the choice is not clear.
+    /// [`Error::MissingTopic`] with what the bag has, also where the choice is not clear. [`Error::Encoding`] where its messages are
+    /// no CDR.
     pub fn find_topic(
         &self,
         type_name: &str,
@@ -201,6 +208,15 @@ impl Bag {
                 (None, _) => None,
             },
         };
+        if let Some(topic) = found.map(|at| &self.topics[at])
+            && topic.encoding != ENCODING
+        {
+            return Err(Error::Encoding {
+                path: self.path.clone(),
+                topic: topic.name.clone(),
+                encoding: topic.encoding.clone(),
+            });
+        }
         found.ok_or_else(|| Error::MissingTopic {
             path: self.path.clone(),
             wanted: format!("{} of type {type_name}", wanted.unwrap_or(usual)),
@@ -236,7 +252,7 @@ impl Bag {
 /// killed leaves none).
 fn files_of(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     let yaml_path = directory.join(metadata::FILE_NAME);
-    let mut files = match fs::read_to_string(&yaml_path) {
+    let mut files = match files::read_text(&yaml_path, LONGEST_METADATA) {
         Ok(yaml) => files_of_metadata(directory, &yaml_path, &yaml)?,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(e) => return Err(Error::io(&yaml_path, e)),
@@ -285,6 +301,10 @@ fn files_of_metadata(
     }
     let mut files = Vec::new();
     for name in information.relative_file_paths {
+        if name.chars().any(char::is_control) {
+            let reason = format!("names a file {name:?}, expected no control characters");
+            return Err(Error::not_a_bag(yaml_path, reason));
+        }
         let path = directory.join(&name);
         // A part that is gone is hours of samples, not damage that one reads past.
         if !path.is_file() {
@@ -302,6 +322,12 @@ fn first_line(text: &str) -> &str {
 
 #[allow(unsafe_code, reason = "the one place where a file is mapped")]
 fn map(path: &Path) -> Result<Mapped, Error> {
+    // Opening a FIFO would wait for a writer, and a device has no length.
+    let kind = fs::metadata(path).map_err(|e| Error::io(path, e))?;
+    if !kind.is_file() {
+        let reason = "a device or a pipe, expected a regular file";
+        return Err(Error::not_a_bag(path, reason));
+    }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
     if length == 0 {

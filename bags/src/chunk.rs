@@ -4,8 +4,9 @@ use std::{borrow::Cow, io::Read};
 
 use crate::record::Chunk;
 
-/// More than this in one chunk is taken for damage \[bytes\]. rosbag2 writes a few megabytes.
-const LARGEST: u64 = 2 << 30;
+/// More than this in one chunk is taken for damage \[bytes\]. rosbag2 writes a few megabytes. With what stands beside it in
+/// [`Messages`](crate::Messages) no bag takes more than half a gigabyte of memory.
+pub(crate) const LARGEST: u64 = 128 << 20;
 
 /// Unpacks chunks; keeps what can be used again from one to the next.
 #[derive(Default)]
@@ -21,7 +22,10 @@ impl Unpacker {
         mut buffer: Vec<u8>,
     ) -> Result<Cow<'a, [u8]>, String> {
         if chunk.unpacked_length > LARGEST {
-            return Err(format!("it claims to hold {} bytes", chunk.unpacked_length));
+            return Err(format!(
+                "it claims to hold {} bytes, expected at most {LARGEST}",
+                chunk.unpacked_length
+            ));
         }
         let length = chunk.unpacked_length as usize;
         buffer.clear();

@@ -31,6 +31,16 @@ pub enum Error {
         /// `name (type)` of every topic of the bag.
         has: Vec<String>,
     },
+    /// The messages of a topic are packed in a way that nobody here reads.
+    #[error("{}: {topic}: message encoding {encoding:?}, expected \"cdr\"", path.display())]
+    Encoding {
+        /// The bag.
+        path: PathBuf,
+        /// Name of the topic.
+        topic: String,
+        /// How they are packed.
+        encoding: String,
+    },
     /// A message does not hold what its type says.
     #[error("{}: {topic}: message {index}: {reason}", path.display())]
     Message {

@@ -71,7 +71,7 @@ impl FileIndex {
                 what: Damage::CutShort { inside },
             });
         }
-        index.look_into_chunks(data);
+        index.look_into_chunks(path, data);
         Ok(index)
     }
 
@@ -83,8 +83,17 @@ impl FileIndex {
             .max()
     }
 
+    /// Log time of the newest message in the segments before one \[ns\].
+    fn last_time_before(&self, at: usize) -> Option<u64> {
+        let before = self.segments[..at].iter();
+        let with_messages =
+            before.filter(|s| s.counts.as_ref().is_none_or(|counts| !counts.is_empty()));
+        with_messages.map(|s| s.last_time).max()
+    }
+
     /// Unpacks the chunks of which the framing did not say what is in them: schemas, channels and counts.
-    fn look_into_chunks(&mut self, data: &[u8]) {
+    fn look_into_chunks(&mut self, path: &Path, data: &[u8]) {
+        let mut damaged = Vec::new();
         let mut unpacker = Unpacker::default();
         for at in 0..self.segments.len() {
             let segment = &self.segments[at];
@@ -100,8 +109,20 @@ impl FileIndex {
             };
             let records = match segment.kind {
                 SegmentKind::CutChunk => Unpacker::salvage(&chunk).into(),
-                // A chunk that is not good is reported when it is read.
-                _ => unpacker.unpack(&chunk, Vec::new()).unwrap_or_default(),
+                _ => match unpacker.unpack(&chunk, Vec::new()) {
+                    Ok(records) => records,
+                    Err(reason) => {
+                        // Nobody knows what topics are in it, so it is told to everybody, now.
+                        damaged.push(Warning {
+                            path: path.to_owned(),
+                            offset: segment.range.start as u64,
+                            log_time: self.last_time_before(at),
+                            what: Damage::ChunkSkipped { reason },
+                        });
+                        self.segments[at].counts = Some(BTreeMap::new());
+                        continue;
+                    }
+                },
             };
             let mut counts = BTreeMap::new();
             let mut last_time = None;
@@ -124,6 +145,7 @@ impl FileIndex {
                 }
             }
         }
+        self.warnings.extend(damaged);
     }
 
     /// Takes a schema or a channel. The first definition of a number counts.
@@ -221,9 +243,9 @@ impl Scan<'_> {
         match record.opcode {
             op::HEADER => {
                 let mut fields = Fields(record.body);
-                if let (Some(profile), Some(library)) = (fields.text(), fields.text()) {
-                    profile.clone_into(&mut self.index.profile);
-                    library.clone_into(&mut self.index.library);
+                if let (Some(profile), Some(library)) = (fields.name(), fields.name()) {
+                    self.index.profile = profile;
+                    self.index.library = library;
                 }
                 true
             }

@@ -18,7 +18,7 @@ pub mod samples;
 mod sensors;
 mod writer;
 
-pub use bag::{Bag, Topic};
+pub use bag::{Bag, ENCODING, Topic};
 pub use error::{Damage, Error, Warning};
 pub use messages::{Messages, RawMessage, Selection};
 pub use ros2_interfaces::Qos;

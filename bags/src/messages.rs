@@ -13,6 +13,8 @@ use crate::{
 /// So many chunks that overlap in time are put in order; beyond that the order is that of the chunks. (rosbag2 writes
 /// chunks that do not overlap at all, or by the few messages that were under way between threads.)
 const LARGEST_OVERLAP: usize = 16;
+/// And so many bytes of them at once; a chunk more may be opened beside.
+const MOST_BYTES: usize = 128 << 20;
 
 /// Which messages are wanted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -156,7 +158,9 @@ impl<'b> Messages<'b> {
                 .front()
                 .is_some_and(|(_, segment)| match earliest {
                     Some((time, _)) => {
-                        segment.first_time <= time && self.open.len() < LARGEST_OVERLAP
+                        segment.first_time <= time
+                            && self.open.len() < LARGEST_OVERLAP
+                            && self.unpacked_bytes() < MOST_BYTES
                     }
                     None => true,
                 });
@@ -182,6 +186,15 @@ impl<'b> Messages<'b> {
     /// What could not be read so far. Complete after `next` returned `None`.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
+    }
+
+    /// What is unpacked now \[bytes\].
+    fn unpacked_bytes(&self) -> usize {
+        let open = self.open.iter().map(|segment| match &segment.records {
+            Cow::Owned(records) => records.len(),
+            Cow::Borrowed(_) => 0,
+        });
+        open.sum()
     }
 
     /// Log time and number of the open segment that has the earliest message. Segments that are done are put away.

@@ -47,6 +47,22 @@ impl<'a> Fields<'a> {
         std::str::from_utf8(self.bytes()?).ok()
     }
 
+    /// A name that people see: what a terminal would obey, or what would turn the order of a line round, is shown as unknown.
+    pub fn name(&mut self) -> Option<String> {
+        let is_seen = |c: char| {
+            !c.is_control()
+                && !matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+        };
+        let shown = |c| {
+            if is_seen(c) {
+                c
+            } else {
+                char::REPLACEMENT_CHARACTER
+            }
+        };
+        Some(self.text()?.chars().map(shown).collect())
+    }
+
     pub fn map(&mut self) -> Option<BTreeMap<String, String>> {
         let mut inner = Fields(self.bytes()?);
         let mut map = BTreeMap::new();
@@ -140,8 +156,8 @@ pub(crate) struct Schema {
 pub(crate) fn schema(body: &[u8]) -> Option<(u16, Schema)> {
     let mut fields = Fields(body);
     let id = fields.u16()?;
-    let name = fields.text()?.to_owned();
-    let encoding = fields.text()?.to_owned();
+    let name = fields.name()?;
+    let encoding = fields.name()?;
     let text = String::from_utf8_lossy(fields.bytes()?).into_owned();
     Some((
         id,
@@ -166,8 +182,8 @@ pub(crate) fn channel(body: &[u8]) -> Option<(u16, Channel)> {
     let mut fields = Fields(body);
     let id = fields.u16()?;
     let schema = fields.u16()?;
-    let topic = fields.text()?.to_owned();
-    let encoding = fields.text()?.to_owned();
+    let topic = fields.name()?;
+    let encoding = fields.name()?;
     Some((
         id,
         Channel {
@@ -291,6 +307,20 @@ mod tests {
         bytes.extend(20u64.to_le_bytes());
         bytes.extend([0; 20]);
         bytes
+    }
+
+    /// What a terminal would obey is not in a name; everything else is as it was written.
+    #[test]
+    fn names_move_no_terminal() {
+        let told = |name: &str| {
+            let length = u32::try_from(name.len()).unwrap().to_le_bytes();
+            Fields(&[&length[..], name.as_bytes()].concat())
+                .name()
+                .unwrap()
+        };
+        assert_eq!(told("/imu/data_raw Ω"), "/imu/data_raw Ω");
+        assert_eq!(told("/a\u{1b}[2J\u{7}\n"), "/a\u{fffd}[2J\u{fffd}\u{fffd}");
+        assert_eq!(told("/a\u{202e}b\u{9b}"), "/a\u{fffd}b\u{fffd}");
     }
 
     /// A length beyond the end of the data is no record, however large it is.

@@ -39,6 +39,8 @@ pub struct WriteOptions {
     pub compression: Compression,
     /// A chunk is closed when it is larger than this \[bytes\].
     pub chunk_bytes: u64,
+    /// An MCAP file that is there already is replaced; else it is refused.
+    pub replaces: bool,
 }
 
 impl Default for WriteOptions {
@@ -46,6 +48,7 @@ impl Default for WriteOptions {
         Self {
             compression: Compression::default(),
             chunk_bytes: 1 << 20,
+            replaces: false,
         }
     }
 }
@@ -129,7 +132,8 @@ pub struct BagWriter {
 
 impl BagWriter {
     /// Begins a bag: a path that ends in `.mcap` becomes that file, any other a rosbag2 directory. Directories above it
-    /// are made. An MCAP file of that name is written over; a directory that holds one is refused.
+    /// are made. An MCAP file of that name is refused unless the options say that it is to be replaced; a directory that holds
+    /// one is always refused.
     ///
     /// # Errors
     /// Where the path cannot be written.
@@ -151,10 +155,7 @@ impl BagWriter {
             Compression::Lz4 => Some(mcap::Compression::Lz4),
             Compression::Zstd => Some(mcap::Compression::Zstd),
         };
-        let output = BufWriter::with_capacity(
-            1 << 18,
-            File::create(&file).map_err(|e| Error::io(&file, e))?,
-        );
+        let output = BufWriter::with_capacity(1 << 18, create(&file, options.replaces)?);
         let writer = mcap::WriteOptions::new()
             .profile("ros2")
             .library(concat!("rotary-sins bags ", env!("CARGO_PKG_VERSION")))
@@ -301,6 +302,9 @@ impl BagWriter {
         self.writer
             .finish()
             .map_err(|e| Error::write(&self.file, e))?;
+        // What was written is there also after the power has gone.
+        let synced = File::open(&self.file).and_then(|file| file.sync_all());
+        synced.map_err(|e| Error::io(&self.file, e))?;
         let directory = self.file.parent().map(Path::to_owned).unwrap_or_default();
         if is_alone(&directory, &self.file) {
             let path = directory.join(metadata::FILE_NAME);
@@ -308,7 +312,7 @@ impl BagWriter {
                 rosbag2_bagfile_information: information,
             })
             .map_err(|e| Error::write(&path, e))?;
-            fs::write(&path, yaml).map_err(|e| Error::io(&path, e))?;
+            files::write(&path, yaml.as_bytes()).map_err(|e| Error::io(&path, e))?;
         }
         let counts = self
             .counts()
@@ -368,6 +372,20 @@ impl BagWriter {
 }
 
 /// Makes the directory of a bag and names its file, `NAME/NAME_0.mcap`.
+/// The file to be written. A record that is there is hours of somebody's work.
+fn create(file: &Path, replaces: bool) -> Result<File, Error> {
+    if replaces && fs::symlink_metadata(file).is_ok_and(|there| there.is_file()) {
+        fs::remove_file(file).map_err(|e| Error::io(file, e))?;
+    }
+    files::create_new(file).map_err(|e| {
+        if e.kind() == std::io::ErrorKind::AlreadyExists {
+            Error::write(file, "it is there already")
+        } else {
+            Error::io(file, e)
+        }
+    })
+}
+
 fn new_directory(path: &Path) -> Result<PathBuf, Error> {
     fs::create_dir_all(path).map_err(|e| Error::io(path, e))?;
     let name = path.canonicalize().map_err(|e| Error::io(path, e))?;

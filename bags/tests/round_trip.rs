@@ -131,6 +131,7 @@ fn messages_out_of_order() {
         WriteOptions {
             compression: Compression::None,
             chunk_bytes: 200,
+            ..WriteOptions::default()
         },
     )
     .unwrap();
@@ -287,7 +288,7 @@ proptest! {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("any.mcap");
         let compression = [Compression::None, Compression::Lz4, Compression::Zstd][packing];
-        let mut bag = BagWriter::create(&path, WriteOptions { compression, chunk_bytes }).unwrap();
+        let mut bag = BagWriter::create(&path, WriteOptions { compression, chunk_bytes, ..WriteOptions::default() }).unwrap();
         let ids = TOPICS.map(|name| bag.add_topic(NewTopic::of::<Imu>(name, Qos::reliable(1))).unwrap());
         for (topic, time, payload) in &written {
             bag.write_payload(ids[*topic], FIRST + time, FIRST + time, payload).unwrap();

@@ -47,6 +47,12 @@ pub enum Error {
         /// What was found and what was expected.
         reason: String,
     },
+    /// What was kept of a machine cannot be gone on with.
+    #[error("{reason}")]
+    Snapshot {
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A scheme file cannot be understood or cannot be run on this table.
     #[error("scheme {name}: {reason}")]
     Scheme {

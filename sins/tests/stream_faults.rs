@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use sins::earth::Position;
 use sins::machines::self_calibration::{
-    Estimate, Event, Phase, Reference, SelfCalibration, Settings,
+    Estimate, Event, ModelChoice, Phase, Reference, SelfCalibration, Settings,
 };
 use sins::sensor::VelocityMeasurement;
 use sins::simulation::{Run, Simulator, SimulatorSettings, Tick};
@@ -346,4 +346,41 @@ fn reset_is_a_fresh_machine() {
     assert_eq!(found.states, expected.states);
     assert_eq!(found.navigation, expected.navigation);
     assert_eq!(found.innovations, expected.innovations);
+}
+
+/// In which order topics arrive does not matter, as it does not through DDS: joint states that come 25 s after the samples of
+/// their time give the same estimate to the last bit, whatever the model.
+#[test]
+fn arrival_does_not_matter() {
+    let ticks = ticks(0.5, 12);
+    for model in [ModelChoice::Paper, ModelChoice::Whole] {
+        let settings = Settings {
+            model,
+            reference: Reference::Auto {
+                sigma_m_s: 0.01,
+                patience_s: 30.0,
+            },
+            ..Settings::default()
+        };
+        let in_time = run(&settings, &ticks, |_, _| true).estimate;
+        let late = delayed(&ticks, 500);
+        let late = run(&settings, &late, |k, _| k < ticks.len()).estimate;
+        assert_eq!(in_time.states, late.states, "{model:?}");
+        assert_eq!(in_time.navigation, late.navigation, "{model:?}");
+        assert_eq!(in_time.stamp, late.stamp, "{model:?}");
+        let verdict = |estimate: &Estimate| estimate.verdict(&settings);
+        assert_eq!(verdict(&in_time), verdict(&late), "{model:?}");
+    }
+}
+
+/// The same, but joint states come so many ticks after their samples. The first minute is in time: an alignment begins by itself.
+fn delayed(ticks: &[Tick], by: usize) -> Vec<Tick> {
+    let in_time = 1200;
+    let mut late = ticks.to_vec();
+    for k in (in_time..ticks.len()).rev() {
+        late[k].joints = (k >= in_time + by).then(|| ticks[k - by].joints).flatten();
+    }
+    // What is on its way at the end arrives at the end.
+    late.extend(ticks[ticks.len() - by..].iter().copied());
+    late
 }

@@ -13,9 +13,7 @@ import rclpy
 from control_msgs.action import FollowJointTrajectory
 from peer import answer, filled, message_type, plain, reliable, spin_until
 from rclpy.action import ActionClient, ActionServer
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
-from rclpy.task import Future
 from rotary_sins_msgs.action import SelfCalibrate
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
@@ -56,26 +54,11 @@ for name, kind in SERVICES.items():
 
     node.create_service(kind, f"/python/{name}", respond)
     sent[f"{name} response"] = plain(filled(kind.Response))
-# Apart from the goals: the group of a goal that is executed stands still.
-beside = ReentrantCallbackGroup()
 for name, kind in ACTIONS.items():
-    heard = Future()
-    node.create_subscription(
-        String,
-        f"/heard_in_rust/{name}",
-        lambda _, heard=heard: heard.done() or heard.set_result(None),
-        reliable(1, latched=True),
-        callback_group=beside,
-    )
 
-    async def execute(goal, name=name, kind=kind, heard=heard):
+    def execute(goal, name=name, kind=kind):
         note(received, f"{name} goal", goal.request)
-        # A feedback may come before the other end is known, and one beside the result after it.
-        timer = node.create_timer(
-            0.05, lambda: goal.publish_feedback(filled(kind.Feedback)), callback_group=beside
-        )
-        await heard
-        timer.cancel()
+        goal.publish_feedback(filled(kind.Feedback))
         goal.succeed()
         return filled(kind.Result)
 

@@ -24,6 +24,7 @@ pub fn write(path: &Path, count: u64, compression: Compression, chunk_bytes: u64
         WriteOptions {
             compression,
             chunk_bytes,
+            ..WriteOptions::default()
         },
     )
     .unwrap();

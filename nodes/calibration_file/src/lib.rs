@@ -6,7 +6,7 @@
 //! States are found by their names. A file may hold more of them than this program knows, or fewer; of one that is missing, or
 //! whose variance is zero, a reader knows what it knew before. A sigma of zero in field units says that it is not known.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use anyhow::{Context, ensure};
 use nalgebra::Vector3;
@@ -20,6 +20,9 @@ use sins::{
     },
     units::{DEG_PER_HOUR, MICRO_G},
 };
+
+/// A file of a hundred states is a tenth of it \[bytes\].
+const LONGEST: u64 = 4 << 20;
 
 /// Two numbers in different units say the same when they agree to this share.
 const SAME: f64 = 1e-9;
@@ -66,16 +69,15 @@ struct Si {
 /// # Errors
 /// One line that names the file.
 pub fn write(path: &Path, calibration: &Calibration, source: &str) -> anyhow::Result<()> {
-    let name = || path.display().to_string();
     let text = text(calibration, source)?;
-    // Whoever reads meanwhile, and whoever loses power meanwhile, has the old file or the new one.
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".new");
-    fs::write(&beside, text).with_context(name)?;
-    fs::rename(&beside, path).with_context(name)
+    files::write(path, text.as_bytes()).with_context(|| path.display().to_string())
 }
 
-fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
+/// What [`write`] writes.
+///
+/// # Errors
+/// Numbers that YAML cannot hold.
+pub fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
     let errors = &calibration.errors;
     let covariance = &calibration.covariance;
     let sigma = |names| covariance.sigma3(names).unwrap_or_default();
@@ -122,7 +124,7 @@ fn text(calibration: &Calibration, source: &str) -> anyhow::Result<String> {
 /// One line that names the file, and the key in it where there is one.
 pub fn read(path: &Path) -> anyhow::Result<Calibration> {
     let name = || path.display().to_string();
-    let text = fs::read_to_string(path).with_context(name)?;
+    let text = files::read_text(path, LONGEST).with_context(name)?;
     let file: CalibrationFile = serde_saphyr::from_str(&text)
         .map_err(|error| {
             anyhow::anyhow!("{}", error.to_string().lines().next().unwrap_or_default())

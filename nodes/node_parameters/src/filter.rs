@@ -19,7 +19,7 @@ use crate::units::{
 };
 
 /// How much later than its sample a measured velocity may come, where nothing else is said \[s\].
-const VELOCITY_PATIENCE_S: f64 = 2.0;
+const VELOCITY_PATIENCE_S: f64 = 30.0;
 /// What is left of a moored ship's velocity in a quiet harbour \[m/s\].
 const MOORED_SIGMA_M_S: f64 = 0.01;
 

@@ -5,12 +5,14 @@
 //! [`ros_node::ParameterSet`]; `--help`, the parameter file, `docs/parameters.md` and, where the set is an option group of
 //! `rotary-sins`, the option follow from it.
 
+mod checkpoint;
 mod filter;
 mod groups;
 mod input;
 mod thresholds;
 pub mod units;
 
+pub use checkpoint::{CheckpointParameters, checkpoint};
 pub use filter::{FilterParameters, VelocityReference, alignment, calibrating, filter, filter_of};
 pub use input::{InputParameters, input};
 pub use thresholds::{ThresholdParameters, thresholds};

@@ -42,7 +42,17 @@ where
     Fut: Future<Output = Result<(), E>>,
     E: Display,
 {
-    run_with(std::env::args().skip(1), builder, main)
+    let told: Result<Vec<String>, _> = std::env::args_os()
+        .skip(1)
+        .map(std::ffi::OsString::into_string)
+        .collect();
+    match told {
+        Ok(arguments) => run_with(arguments, builder, main),
+        Err(argument) => {
+            eprintln!("{}: argument {} is no UTF-8", builder.name(), argument.display());
+            ExitCode::from(2)
+        }
+    }
 }
 
 /// As [`run`], with these arguments instead of the command line's: for a program of which the node is one command.

@@ -134,7 +134,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     }
     if let Some(path) = &options.output {
         let source = bag.path().display().to_string();
-        calibration_file::write(path, &estimate.calibration(), &source)?;
+        let text = calibration_file::text(&estimate.calibration(), &source)?;
+        output::file(path, &text, Some(bag.path()))?;
     }
     if options.json {
         output::json(&report(&estimate, settings.model, verdict, notes))?;

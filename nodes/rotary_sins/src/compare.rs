@@ -97,7 +97,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let (page, figures) = compare::page(&campaign, &claims, &command)?;
     let write = |name: &str, text: String| {
         let path = directory.join(name);
-        fs::write(&path, text).with_context(|| path.display().to_string())
+        output::file(&path, &text, None)
     };
     write("report.html", page.to_html())?;
     for figure in &figures {

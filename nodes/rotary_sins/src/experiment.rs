@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use analysis::experiment::{self, Plan};
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use clap::Args;
 
 use crate::{
@@ -83,7 +83,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let report = experiment::summarize(&plan, &trials, &options.command());
     if let Some(path) = &options.output {
         let html = experiment::page(&report, &trials)?.to_html();
-        std::fs::write(path, html).with_context(|| path.display().to_string())?;
+        output::file(path, &html, None)?;
         output::note(format!("page {}", path.display()));
     }
     if options.json {

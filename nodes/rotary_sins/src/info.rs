@@ -11,6 +11,9 @@ use crate::{Outcome, output};
 
 /// Options of `info`.
 #[derive(Args)]
+#[command(
+    after_help = "Exit status: 0 the bag is whole, 2 it is none or unusable arguments, 3 it is damaged (a line names each place)"
+)]
 pub struct Options {
     /// MCAP file or rosbag2 directory
     bag: PathBuf,
@@ -136,7 +139,11 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         output::text_line(&text(&info))?;
     }
     info.warnings.iter().for_each(output::note);
-    Ok(Outcome::Reached)
+    Ok(if info.warnings.is_empty() {
+        Outcome::Reached
+    } else {
+        Outcome::Damaged
+    })
 }
 
 fn text(info: &Info) -> String {

@@ -76,11 +76,21 @@ enum Outcome {
     Reached,
     /// It did not.
     Missed,
+    /// What was read is damaged.
+    Damaged,
 }
 
 fn main() -> ExitCode {
     // What comes behind --ros-args is for the node of `record`, `play` and `monitor`.
-    let mut arguments: Vec<String> = std::env::args().collect();
+    let told: Result<Vec<String>, _> = std::env::args_os()
+        .map(std::ffi::OsString::into_string)
+        .collect();
+    let mut arguments = match told {
+        Ok(arguments) => arguments,
+        Err(argument) => {
+            return refused(&format!("argument {argument:?} is no UTF-8"));
+        }
+    };
     let ros_from = arguments
         .iter()
         .position(|argument| argument == "--ros-args");
@@ -101,7 +111,7 @@ fn main() -> ExitCode {
 /// Says in one line what was refused, whatever the causes wrote.
 fn refused(text: &str) -> ExitCode {
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    eprintln!("rotary-sins: {line}");
+    output::note(line);
     ExitCode::from(2)
 }
 
@@ -138,5 +148,6 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
     Ok(match outcome {
         Outcome::Reached => ExitCode::SUCCESS,
         Outcome::Missed => ExitCode::from(1),
+        Outcome::Damaged => ExitCode::from(3),
     })
 }

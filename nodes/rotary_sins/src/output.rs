@@ -1,9 +1,11 @@
 //! What all commands write alike: JSON on standard output, notes on standard error.
 
+use std::borrow::Cow;
 use std::io::Write;
+use std::path::Path;
 
 use analysis::Listener;
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use serde::Serialize;
 
 /// Writes one JSON object and ends the line. A reader that has gone away is no error.
@@ -15,7 +17,7 @@ pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
 
 /// Writes a text and ends the line.
 pub fn text_line(text: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{text}") {
+    match writeln!(std::io::stdout(), "{}", harmless(text)) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result.context("standard output"),
     }
@@ -23,7 +25,45 @@ pub fn text_line(text: &str) -> anyhow::Result<()> {
 
 /// Says something on standard error that is not the result.
 pub fn note(text: impl std::fmt::Display) {
-    eprintln!("rotary-sins: {text}");
+    eprintln!("rotary-sins: {}", harmless(&text.to_string()));
+}
+
+/// A text that moves no terminal: names come from bags and files, and whatever a terminal would obey is shown as unknown.
+pub fn harmless(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if text.contains(obeyed) {
+        text.replace(obeyed, "\u{fffd}").into()
+    } else {
+        text.into()
+    }
+}
+
+/// Writes a file, whole or not at all. What a command reads, and every record, is never written over.
+pub fn file(path: &Path, text: &str, input: Option<&Path>) -> anyhow::Result<()> {
+    let name = || path.display().to_string();
+    if let Some(input) = input {
+        ensure!(
+            !files::is_same(path, input),
+            "{}: it is what is read, and would be written over",
+            path.display()
+        );
+    }
+    ensure!(
+        !is_record(path),
+        "{}: it is a bag, and would be written over",
+        path.display()
+    );
+    files::write(path, text.as_bytes()).with_context(name)
+}
+
+/// Whether a file is the MCAP file of a bag.
+fn is_record(path: &Path) -> bool {
+    use std::io::Read;
+
+    let mut magic = [0; 8];
+    std::fs::metadata(path).is_ok_and(|there| there.is_file())
+        && std::fs::File::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok())
+        && magic == *b"\x89MCAP0\r\n"
 }
 
 /// Nanoseconds as seconds with all digits.
@@ -37,5 +77,38 @@ pub struct Screen;
 impl Listener for Screen {
     fn note(&self, line: &str) {
         note(line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// What a terminal would obey does not reach it.
+    #[test]
+    fn texts_move_no_terminal() {
+        assert_eq!(harmless("Ω 1\n\t2"), "Ω 1\n\t2");
+        assert_eq!(
+            harmless("\u{1b}[2J\u{9b}1m\r"),
+            "\u{fffd}[2J\u{fffd}1m\u{fffd}"
+        );
+    }
+
+    /// Neither what is read nor a record is written over, under whatever name; anything else is.
+    #[test]
+    fn records_are_not_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let [bag, link, page] = ["b.mcap", "link", "page.html"].map(|n| folder.path().join(n));
+        std::fs::write(&bag, b"\x89MCAP0\r\nrest").unwrap();
+        std::os::unix::fs::symlink("b.mcap", &link).unwrap();
+        for path in [&bag, &link] {
+            let told = file(path, "x", None).unwrap_err().to_string();
+            assert!(told.contains("would be written over"), "{told}");
+        }
+        file(&page, "one", Some(&bag)).unwrap();
+        file(&page, "two", Some(&bag)).unwrap();
+        file(&page, "three", Some(&page)).unwrap_err();
+        assert_eq!(std::fs::read_to_string(&page).unwrap(), "two");
     }
 }

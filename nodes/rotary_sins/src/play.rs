@@ -223,6 +223,17 @@ fn selection(bag: &Bag, options: &Options) -> anyhow::Result<Selection> {
     if topics.is_empty() {
         topics = (0..bag.topics().len()).collect();
     }
+    for &at in &topics {
+        let topic = &bag.topics()[at];
+        ensure!(
+            topic.encoding == bags::ENCODING,
+            "{}: {}: message encoding {:?}, expected \"{}\"",
+            bag.path().display(),
+            topic.name,
+            topic.encoding,
+            bags::ENCODING
+        );
+    }
     if !options.no_clock {
         topics.retain(|&at| bag.topics()[at].name != CLOCK.name);
     }

@@ -55,6 +55,9 @@ pub struct Options {
     /// Bag to write: FILE.mcap, or the directory of a rosbag2
     #[arg(long, short, value_name = "BAG")]
     output: PathBuf,
+    /// Replace FILE.mcap where it is there already
+    #[arg(long)]
+    force: bool,
     /// Record so many seconds, then end
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
@@ -139,6 +142,7 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
     let wanted = Wanted::new(&node, &options)?;
     let write_options = WriteOptions {
         compression: options.compression.into(),
+        replaces: options.force,
         ..WriteOptions::default()
     };
     let bag = BagWriter::create(&options.output, write_options)?;

@@ -67,12 +67,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         other => other.into(),
     })?;
     drop(progress);
-    fs::write(&path, report.page.to_html()).with_context(|| {
-        format!(
-            "{}: the page cannot be written (--output names another place)",
-            path.display()
-        )
-    })?;
+    output::file(&path, &report.page.to_html(), Some(bag.path()))
+        .context("the page cannot be written (--output names another place)")?;
     if let Some(folder) = &options.figures {
         write_figures(&report.figures, folder).with_context(|| folder.display().to_string())?;
     }
@@ -93,8 +89,8 @@ fn write_figures(figures: &[Figure], folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder)?;
     for figure in figures {
         let file = folder.join(&figure.id);
-        fs::write(file.with_extension("svg"), figure.to_svg()?)?;
-        fs::write(file.with_extension("csv"), figure.to_csv()?)?;
+        output::file(&file.with_extension("svg"), &figure.to_svg()?, None)?;
+        output::file(&file.with_extension("csv"), &figure.to_csv()?, None)?;
     }
     Ok(())
 }

@@ -11,12 +11,15 @@ use sins::{
 
 use crate::parameter_options::{Given, Group};
 
+/// A scheme of ten thousand rotations is shorter \[bytes\].
+const LONGEST_SCHEME: u64 = 4 << 20;
+
 /// A scheme by its name, or from a file.
 pub fn scheme(name: &str) -> anyhow::Result<Scheme> {
     if let Some(scheme) = Scheme::builtin(name) {
         return Ok(scheme);
     }
-    let text = std::fs::read_to_string(name).with_context(|| {
+    let text = files::read_text(std::path::Path::new(name), LONGEST_SCHEME).with_context(|| {
         format!(
             "scheme {name}: neither one of {} nor a file",
             BUILTIN_NAMES.join(", ")

@@ -87,6 +87,9 @@ pub struct Options {
     /// Bag to write: FILE.mcap, or the directory of a rosbag2
     #[arg(long, value_name = "BAG")]
     output: PathBuf,
+    /// Replace FILE.mcap where it is there already
+    #[arg(long)]
+    force: bool,
     /// Packing of the bag
     #[arg(long, value_enum, default_value = "zstd")]
     compression: Packing,
@@ -259,6 +262,7 @@ impl Output {
     fn new(options: &Options, moves: bool) -> Result<Self, bags::Error> {
         let write_options = WriteOptions {
             compression: options.compression.into(),
+            replaces: options.force,
             ..WriteOptions::default()
         };
         let mut bag = BagWriter::create(&options.output, write_options)?;

@@ -1,6 +1,7 @@
 //! ROS 2 node: runs a rotation scheme on a two-axis table. It drives [`sins::table::scheme::Sequencer`]; here joint states become
 //! samples, commands become joint trajectories or goals, and service calls become requests.
 
+mod kept;
 mod node;
 pub mod parameters;
 mod stopping;

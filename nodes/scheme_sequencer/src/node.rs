@@ -4,6 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Result;
+use checkpoint::Keeper;
+use node_parameters::CheckpointParameters;
 use ros_node::{Ending, InputWatch, Level, Node, Publisher, Purpose, Report};
 use ros2_interfaces::sensor_msgs::JointState;
 use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
@@ -12,10 +14,13 @@ use rotary_sins_msgs::convert::{FromMessage, ToMessage};
 use rotary_sins_msgs::interfaces::services;
 use rotary_sins_msgs::interfaces::topics::{JOINT_STATES, SCHEME_STATUS};
 use sins::table::JointSample;
-use sins::table::scheme::Sequencer;
-use sins::table::scheme::sequencer::{Command, Refused, SequencerSettings, State, Status};
+use sins::table::scheme::sequencer::{
+    Command, Refused, SequencerSettings, Snapshot, State, Status,
+};
+use sins::table::scheme::{Program, Sequencer};
 use sins::time::Stamp;
 
+use crate::kept::{self, Waking, Woken};
 use crate::parameters;
 use crate::stopping::{self, Stopping};
 use crate::table::{Motion, News, Table};
@@ -43,6 +48,14 @@ struct Machine {
     watch: InputWatch,
     published: Option<Status>,
     goal: GoalWatch,
+    /// A sequencer that waits for the first joint states.
+    waking: Option<Waking>,
+    /// Start with the first joint state that says that there is nothing to go on with.
+    starts: bool,
+    /// The state has changed so that it should be kept now.
+    hurries: bool,
+    /// How often the state has been kept, and why it could not be the last time; none where nobody keeps it.
+    kept: Option<(u64, Option<String>)>,
 }
 
 /// The motion that was commanded last, where motions are goals.
@@ -63,6 +76,11 @@ impl Shared {
     /// Hands back what was read.
     fn ingest(&self, message: &JointState) -> Option<JointSample> {
         let mut machine = self.machine();
+        if machine.waking.is_some()
+            && let Ok(sample) = JointSample::from_message(message)
+        {
+            self.wake(&mut machine, &sample);
+        }
         // A motion commanded before the table listens would be lost, so the scheme begins when it does.
         if machine.sequencer.state() == State::WaitingForTable && !self.table.listens() {
             return None;
@@ -79,6 +97,36 @@ impl Shared {
                 None
             }
         }
+    }
+
+    /// Looks whether the sequencer that was kept goes on; where it does not, the scheme starts as the parameters say.
+    fn wake(&self, machine: &mut Machine, sample: &JointSample) {
+        let Some(waking) = &mut machine.waking else {
+            return;
+        };
+        match waking.look(sample) {
+            Woken::Waiting => return,
+            Woken::GoesOn(sequencer, seconds) => {
+                machine.sequencer = *sequencer;
+                tracing::info!("goes on from the checkpoint after {seconds:.1} s");
+            }
+            Woken::Refused(path, why) => {
+                checkpoint::put_aside(&path, &why);
+                self.start(machine);
+            }
+        }
+        machine.waking = None;
+    }
+
+    /// Starts, where the parameters say so.
+    fn start(&self, machine: &mut Machine) {
+        if !machine.starts {
+            return;
+        }
+        if let Err(refused) = machine.sequencer.start() {
+            tracing::warn!("{refused}");
+        }
+        self.tell_or_log(machine, None);
     }
 
     /// Sends a command, logs what a person should know, publishes the status where it is news.
@@ -104,6 +152,10 @@ impl Shared {
             self.statuses
                 .publish(status.to_message())
                 .left_to_diagnostics();
+            machine.hurries |= machine
+                .published
+                .as_ref()
+                .is_none_or(|last| is_change(last, &status));
             machine.published = Some(status);
         }
         heard
@@ -174,6 +226,10 @@ impl Shared {
         request: impl FnOnce(&mut Sequencer) -> Result<Option<Command>, Refused>,
     ) -> TriggerResponse {
         let mut machine = self.machine();
+        // Who asks for something decides instead of the checkpoint.
+        if let Some(waking) = machine.waking.take() {
+            waking.put_aside("asked for something else before the first joint states");
+        }
         match request(&mut machine.sequencer) {
             Ok(command) => match self.tell(&mut machine, command.as_ref()) {
                 Ok(()) => TriggerResponse {
@@ -269,6 +325,12 @@ impl Shared {
                 &format!("{}, and no table listens", state.name()),
             );
         }
+        if let Some((written, problem)) = &machine.kept {
+            report = report.with("checkpoints written", written);
+            if let Some(problem) = problem {
+                report = report.worsened(Level::Error, &format!("checkpoint: {problem}"));
+            }
+        }
         if state == State::Fault {
             report = report.worsened(Level::Error, &status.message);
         }
@@ -276,11 +338,13 @@ impl Shared {
     }
 }
 
-fn is_news(last: &Status, status: &Status) -> bool {
+fn is_change(last: &Status, status: &Status) -> bool {
     let what = |s: &Status| (s.state, s.cycle, s.step);
-    what(last) != what(status)
-        || last.message != status.message
-        || status.stamp.seconds_since(last.stamp).abs() >= STATUS_PERIOD_S
+    what(last) != what(status) || last.message != status.message
+}
+
+fn is_news(last: &Status, status: &Status) -> bool {
+    is_change(last, status) || status.stamp.seconds_since(last.stamp).abs() >= STATUS_PERIOD_S
 }
 
 /// Runs the node until it is told to end.
@@ -296,10 +360,14 @@ pub async fn main(node: Node) -> Result<()> {
     let mut joint_states = node.subscribe_on(&JOINT_STATES)?;
     let shared = Shared {
         machine: Arc::new(Mutex::new(Machine {
-            sequencer: Sequencer::new(program, settings)?,
+            sequencer: Sequencer::new(program.clone(), settings)?,
             watch: InputWatch::required(JOINT_STATES.name, PATIENCE),
             published: None,
             goal: GoalWatch::default(),
+            waking: None,
+            starts: given.autostart,
+            hurries: false,
+            kept: None,
         })),
         table,
         settings,
@@ -320,8 +388,12 @@ pub async fn main(node: Node) -> Result<()> {
         axes.outer,
         axes.inner
     );
-    if given.autostart {
-        shared.request("started", |sequencer| sequencer.start().map(|()| None));
+    let mut keeper = keep(&given.checkpoint, &shared, &program).await;
+    {
+        let mut machine = shared.machine();
+        if machine.waking.is_none() {
+            shared.start(&mut machine);
+        }
     }
     let mut looks = tokio::time::interval(LOOK);
     looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -330,6 +402,14 @@ pub async fn main(node: Node) -> Result<()> {
         let batch = tokio::select! {
             batch = joint_states.recv_batch(BATCH) => batch,
             ending = endings.next() => {
+                // The scheme ends here, unless the node may become active again.
+                let ends = ending.purpose() != Purpose::Deactivate;
+                if let Some(keeper) = keeper.as_mut().filter(|_| ends) {
+                    keeper.forget().await;
+                }
+                if ends {
+                    keeper = None;
+                }
                 under_way = shared.stop(ending);
                 continue;
             }
@@ -344,6 +424,9 @@ pub async fn main(node: Node) -> Result<()> {
             .iter()
             .filter_map(|message| shared.ingest(message))
             .collect();
+        if let Some(keeper) = &mut keeper {
+            keep_when_due(keeper, &shared).await;
+        }
         if let Some(stopping) = under_way.take() {
             under_way = match stopping.look(&samples, shared.table.listens()) {
                 stopping::Progress::Waiting(stopping) => Some(stopping),
@@ -351,6 +434,47 @@ pub async fn main(node: Node) -> Result<()> {
             };
         }
     }
+}
+
+/// Waits to go on from the checkpoint, where there is one, and keeps the state from now on, where that is asked for.
+async fn keep(
+    parameters: &CheckpointParameters,
+    shared: &Shared,
+    program: &Program,
+) -> Option<Keeper> {
+    let path = parameters.path()?;
+    if let Some(found) = checkpoint::find::<Snapshot>(kept::KIND, &path).await {
+        let settings = shared.settings;
+        match Waking::new(found, program, settings, &path, parameters.oldest_s) {
+            Ok(waking) => {
+                tracing::info!(
+                    "checkpoint {}: waits for joint states to go on",
+                    path.display()
+                );
+                shared.machine().waking = Some(waking);
+            }
+            Err(error) => checkpoint::put_aside(&path, &error.to_string()),
+        }
+    }
+    Some(Keeper::new(kept::KIND, &path, parameters.period()))
+}
+
+async fn keep_when_due(keeper: &mut Keeper, shared: &Shared) {
+    let hurries = shared.machine().hurries;
+    if !keeper.is_due(hurries).await {
+        return;
+    }
+    let kept = {
+        let mut machine = shared.machine();
+        machine.kept = Some((keeper.written(), keeper.problem().map(str::to_owned)));
+        // What waits to be gone on with is not written over.
+        if machine.waking.is_some() {
+            return;
+        }
+        machine.hurries = false;
+        machine.sequencer.snapshot()
+    };
+    keeper.keep(kept);
 }
 
 fn serve(node: &Node, shared: &Shared) -> Result<()> {

@@ -1,11 +1,17 @@
 //! Parameters: declared in the units people use, with their places in what makes the program.
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use node_parameters::units::{DEGREE, DEGREE_PER_SECOND, DEGREE_PER_SECOND2};
+use node_parameters::{CheckpointParameters, checkpoint};
 use ros_node::{ParameterSet, Parameters, Unit};
 use sins::table::scheme::sequencer::SequencerSettings;
 use sins::table::scheme::{BUILTIN_NAMES, Program, Scheme};
 use sins::table::{Axis, Turntable};
+
+/// A scheme of ten thousand rotations is shorter \[bytes\].
+const LONGEST_SCHEME: u64 = 4 << 20;
 
 /// Everything the node is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +26,8 @@ pub struct Settings {
     pub uses_action: bool,
     /// Whether the first joint state starts the scheme.
     pub autostart: bool,
+    /// How the state is kept.
+    pub checkpoint: CheckpointParameters,
 }
 
 impl Default for Settings {
@@ -34,6 +42,7 @@ impl Default for Settings {
             },
             uses_action: false,
             autostart: true,
+            checkpoint: CheckpointParameters::default(),
         }
     }
 }
@@ -110,6 +119,7 @@ pub fn declared() -> ParameterSet<Settings> {
             |s| &mut s.autostart,
             "Start with the first joint state, instead of by ~/start",
         )
+        .include(checkpoint(), |s| &mut s.checkpoint)
 }
 
 fn axis(set: ParameterSet<Settings>, index: usize, joint: &str) -> ParameterSet<Settings> {
@@ -243,7 +253,7 @@ fn named(name: &str) -> Result<Scheme> {
         return Ok(scheme);
     }
     let known = BUILTIN_NAMES.join(", ");
-    let text = std::fs::read_to_string(name).with_context(|| {
+    let text = files::read_text(Path::new(name), LONGEST_SCHEME).with_context(|| {
         format!("parameter 'scheme': '{name}' is none of {known} and cannot be read as a file")
     })?;
     Ok(Scheme::from_yaml(name, &text)?)

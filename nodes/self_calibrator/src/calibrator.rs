@@ -20,6 +20,7 @@ use sins::sensor::sample::ImuSample;
 use sins::time::seconds_to_nanos;
 use sins::{Error, Stamp};
 
+use crate::kept::Waking;
 use crate::{storage, translation};
 
 /// What is to be published.
@@ -43,28 +44,34 @@ struct Inputs {
 /// Self-calibration between messages.
 #[derive(Debug)]
 pub struct Calibrator {
-    machine: SelfCalibration,
+    pub(crate) machine: SelfCalibration,
+    /// A state that waits for the first samples.
+    pub(crate) waking: Option<Box<Waking>>,
     source: String,
     inputs: Inputs,
     imu_stamps: StreamMonitor,
     publishers: Publishers,
-    frame_id: String,
+    pub(crate) frame_id: String,
     /// The newest estimate of the running filter; none before it runs.
-    latest: Option<Estimate>,
+    pub(crate) latest: Option<Estimate>,
     /// The newest estimate that agreed with its samples; it outlives a restart.
-    good: Option<Estimate>,
+    pub(crate) good: Option<Estimate>,
     /// What the parameters ask for.
-    own_thresholds: Thresholds,
-    phase: Phase,
+    pub(crate) own_thresholds: Thresholds,
+    pub(crate) phase: Phase,
     /// Why the last alignment failed, until one succeeds.
     problem: Option<String>,
     /// The samples do not say how noisy they are, nor do the parameters. None before the first sample.
     noise_is_assumed: Option<bool>,
-    converged_published: bool,
+    pub(crate) converged_published: bool,
     scheme_status: Option<SchemeStatus>,
     /// The scheme has finished at this time; the calibration for it is due.
-    finish: Option<Stamp>,
+    pub(crate) finish: Option<Stamp>,
     next_progress: Option<Stamp>,
+    /// The state has changed so that it should be kept now.
+    pub(crate) hurries: bool,
+    /// How often the state has been kept, and why it could not be the last time; none where nobody keeps it.
+    pub(crate) kept: Option<(u64, Option<String>)>,
 }
 
 impl Calibrator {
@@ -77,6 +84,7 @@ impl Calibrator {
         Ok(Self {
             phase: machine.phase(),
             machine,
+            waking: None,
             source: source.to_owned(),
             inputs: Inputs {
                 imu: InputWatch::required(topics::IMU_DATA_RAW.name, silence),
@@ -96,6 +104,8 @@ impl Calibrator {
             scheme_status: None,
             finish: None,
             next_progress: None,
+            hurries: false,
+            kept: None,
         })
     }
 
@@ -119,7 +129,11 @@ impl Calibrator {
             self.frame_id.clone_from(&imu.header.frame_id);
         }
         self.look_at_noise(&sample);
-        self.machine.push_imu(&sample);
+        if self.waking.is_some() {
+            self.wake(&sample);
+        } else {
+            self.machine.push_imu(&sample);
+        }
         let mut outputs = Vec::new();
         while let Some(event) = self.machine.poll() {
             outputs.extend(self.follow(event));
@@ -217,6 +231,8 @@ impl Calibrator {
 
     /// Starts anew with the next sample and forgets what is known of the sensors, for a reason.
     pub fn restart(&mut self, why: &str) {
+        self.waking = None;
+        self.hurries = true;
         self.machine.reset();
         self.forget();
         self.problem = None;
@@ -299,7 +315,10 @@ impl Calibrator {
 
     /// An estimate without numbers, once per covariance step, while there is no filter yet.
     fn progress(&mut self, stamp: Stamp) -> Option<Output> {
-        if self.latest.is_some() || self.next_progress.is_some_and(|next| stamp < next) {
+        if self.waking.is_some()
+            || self.latest.is_some()
+            || self.next_progress.is_some_and(|next| stamp < next)
+        {
             return None;
         }
         let period = seconds_to_nanos(self.machine.settings().step_s);

@@ -4,6 +4,7 @@
 
 mod action;
 mod calibrator;
+mod kept;
 mod node;
 pub mod parameters;
 mod phase;

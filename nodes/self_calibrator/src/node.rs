@@ -3,7 +3,9 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use ros_node::{Node, Published, Publisher, Report, SENSOR_DEPTH, Subscription};
+use checkpoint::Keeper;
+use node_parameters::CheckpointParameters;
+use ros_node::{Node, Published, Publisher, Purpose, Report, SENSOR_DEPTH, Subscription};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::interfaces::{services, topics};
@@ -12,6 +14,7 @@ use sins::machines::self_calibration::Reference;
 
 use crate::action::SelfCalibrate;
 use crate::calibrator::{Calibrator, Output};
+use crate::kept::{self, Kept};
 use crate::parameters;
 use crate::storage;
 
@@ -91,6 +94,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     serve(&node, &shared, &publishers, &given.calibration_file)?;
     watch(&node, &shared);
+    let mut keeper = keep(&given.checkpoint, &shared).await;
     let mut action = SelfCalibrate::new(&node)?;
     let mut endings = node.endings(ENDING);
     node.set_ready();
@@ -102,9 +106,20 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             biased;
             ending = endings.next() => {
                 action.shut_down(&mut shared.lock(), ending.purpose());
+                // Who is cleaned up begins anew.
+                if let (Purpose::CleanUp, Some(keeper)) = (ending.purpose(), &mut keeper) {
+                    keeper.forget().await;
+                }
                 ending.done();
             }
-            () = node.shutdown() => return Ok(()),
+            () = node.shutdown() => {
+                // No lock is held while the file is written.
+                let kept = shared.lock().keep();
+                if let (Some(keeper), Some(kept)) = (&mut keeper, kept) {
+                    keeper.keep_last(kept).await;
+                }
+                return Ok(());
+            }
             fix = fixes.recv() => shared.lock().fix(&fix),
             velocity = next(&mut velocities) => shared.lock().velocity(&velocity),
             status = scheme.recv() => {
@@ -126,8 +141,38 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                     }
                 }
                 publishers.publish_calibration(calibrator.tick());
+                drop(calibrator);
+                if let Some(keeper) = &mut keeper {
+                    keep_when_due(keeper, &shared).await;
+                }
             }
         }
+    }
+}
+
+/// Goes on from the checkpoint, where there is one, and keeps the state from now on, where that is asked for.
+async fn keep(parameters: &CheckpointParameters, shared: &Shared) -> Option<Keeper> {
+    let path = parameters.path()?;
+    if let Some(found) = checkpoint::find::<Kept>(kept::KIND, &path).await {
+        shared.lock().wake_from(found, &path, parameters.oldest_s);
+    }
+    Some(Keeper::new(kept::KIND, &path, parameters.period()))
+}
+
+async fn keep_when_due(keeper: &mut Keeper, shared: &Shared) {
+    let hurries = shared.lock().hurries;
+    if !keeper.is_due(hurries).await {
+        return;
+    }
+    let kept = {
+        let mut calibrator = shared.lock();
+        calibrator.kept = Some((keeper.written(), keeper.problem().map(str::to_owned)));
+        let kept = calibrator.keep();
+        calibrator.hurries &= kept.is_none();
+        kept
+    };
+    if let Some(kept) = kept {
+        keeper.keep(kept);
     }
 }
 
@@ -184,6 +229,7 @@ fn watch(node: &Node, shared: &Shared) {
     add("joint states", Calibrator::joints_report);
     add("position", Calibrator::fix_report);
     add("velocity", Calibrator::velocity_report);
+    add("checkpoint", Calibrator::checkpoint_report);
 }
 
 #[cfg(test)]

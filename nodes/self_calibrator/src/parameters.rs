@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use node_parameters::{
-    FilterParameters, InputParameters, ThresholdParameters, filter, input, thresholds,
+    CheckpointParameters, FilterParameters, InputParameters, ThresholdParameters, checkpoint,
+    filter, input, thresholds,
 };
-use ros_node::{ParameterSet, Parameters};
+use ros_node::{ParameterSet, Parameters, Unit};
 use sins::machines::self_calibration::Settings;
 
 /// Everything the node is told.
@@ -14,8 +15,11 @@ pub struct NodeSettings {
     filter: FilterParameters,
     thresholds: ThresholdParameters,
     input: InputParameters,
+    joint_patience_s: f64,
     /// What `~/save` writes and `~/load` reads; empty: where ROS keeps its files.
     pub calibration_file: String,
+    /// How the state is kept.
+    pub checkpoint: CheckpointParameters,
 }
 
 /// All parameters of the node. The defaults are those of [`Settings`], with the whole model.
@@ -24,17 +28,27 @@ pub fn declared() -> ParameterSet<NodeSettings> {
         filter: filter().base().clone(),
         thresholds: *thresholds().base(),
         input: *input().base(),
+        joint_patience_s: Settings::default().joint_patience_s,
         calibration_file: String::new(),
+        checkpoint: CheckpointParameters::default(),
     };
     ParameterSet::new("Files", base)
         .include(filter(), |s| &mut s.filter)
         .include(thresholds(), |s| &mut s.thresholds)
         .include(input(), |s| &mut s.input)
+        .number(
+            "joint_patience_s",
+            Unit::SECOND,
+            0.01..=3600.0,
+            |s| &mut s.joint_patience_s,
+            "How much later than its sample, by the stamps, a joint state may come; more for bags that play fast",
+        )
         .text(
             "calibration_file",
             |s| &mut s.calibration_file,
             "File that ~/save writes and ~/load reads; empty: self_calibration.yaml in ROS_HOME, or in .ros at home",
         )
+        .include(checkpoint(), |s| &mut s.checkpoint)
 }
 
 /// What the parameters amount to.
@@ -53,6 +67,7 @@ impl NodeSettings {
     pub fn machine(&self) -> anyhow::Result<Settings> {
         Ok(Settings {
             thresholds: self.thresholds.into(),
+            joint_patience_s: self.joint_patience_s,
             ..self.filter.clone().settings()?
         })
     }

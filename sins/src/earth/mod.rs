@@ -7,6 +7,7 @@ pub mod position;
 pub mod rotation;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 pub use position::Position;
 
@@ -40,7 +41,7 @@ pub fn normal_gravity(latitude_rad: f64, height_m: f64) -> f64 {
 }
 
 /// What the earth is like at one place: everything the mechanization and the error model need there.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocalEarth {
     /// sin L.
     pub sin_latitude: f64,

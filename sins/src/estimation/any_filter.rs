@@ -1,5 +1,7 @@
 //! A filter whose model is chosen while the program runs: for whoever drives it, nothing is generic.
 
+use serde::{Deserialize, Serialize};
+
 use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityMeasurement};
 use super::installation::Installation;
 use super::measurement::{Outcome, UpdateCounts};
@@ -11,7 +13,7 @@ use crate::sensor::compensation::Compensation;
 use crate::sensor::{Increment, NoiseDensity, PositionMeasurement, SensorErrors};
 
 /// The filter of one of the models.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum AnyFilter {
     /// Of the thirteen states.
     Paper(Box<PaperFilter>),
@@ -81,6 +83,9 @@ impl AnyFilter {
         counts() -> UpdateCounts;
         pending_s() -> f64;
         largest_misalignment_sigma() -> f64;
+        /// # Errors
+        /// As there.
+        check() -> Result<(), Error>;
     }
 
     pass_on! {

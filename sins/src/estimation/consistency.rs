@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Sum of normalized innovations squared over a sliding window of updates, against the chi-square bound for its length.
 ///
 /// Only the upper bound is a fault: a ship that lies stiller than the measurement's sigma makes the innovations smaller than
 /// the filter expects, which costs nothing but accuracy.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct InnovationWindow {
     updates: usize,
     values: VecDeque<f64>,

@@ -1,6 +1,7 @@
 //! What is known of a sensor before it is measured, by its grade.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 pub use super::group_priors::GroupPriors;
 use crate::sensor::NoiseDensity;
@@ -12,7 +13,7 @@ const RING_LASER_WALK: f64 = 0.01 * DEG_PER_SQRT_HOUR;
 const FIBRE_OPTIC_WALK: f64 = 0.2 * DEG_PER_SQRT_HOUR;
 
 /// The grade of an inertial sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Grade {
     /// Ring laser or the best of fibre optic, with servo accelerometers: 0.01 deg/h, 100 ug.
     #[default]

@@ -1,6 +1,8 @@
 //! What a group of error states is, and what it is told.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::groups::navigation;
 use super::installation::Installation;
@@ -33,7 +35,7 @@ pub trait Group: Copy + std::fmt::Debug + PartialEq {
     const OF_ANTENNA: bool = false;
 
     /// What it gathers between two covariance steps at the rate of the samples, such as ∫C dt.
-    type Gathered: Copy + Default + std::fmt::Debug;
+    type Gathered: Copy + Default + std::fmt::Debug + Serialize + DeserializeOwned;
 
     /// One-sigma of its states before anything is measured, at a place.
     fn prior(&self, place: &NavigationState, sigma: &mut [f64]);

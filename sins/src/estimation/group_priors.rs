@@ -1,5 +1,7 @@
 //! What is known of the whole model's groups before anything is measured: one table of the numbers of every grade.
 
+use serde::{Deserialize, Serialize};
+
 use super::filter::InitialUncertainty;
 use super::grade::Grade;
 use super::groups::antenna::Antenna;
@@ -24,7 +26,7 @@ macro_rules! group_priors {
     ($($(#[doc = $words:literal])+ $field:ident: $by_grade:expr;)+) => {
         /// One-sigma of what the whole model has beyond the paper's states. A group whose sigma is zero is not estimated; a
         /// negative number stands for what the grade says.
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
         pub struct GroupPriors {
             $($(#[doc = $words])+ pub $field: f64,)+
         }

@@ -1,11 +1,12 @@
 //! What the block and the antenna are fixed to, as far as it has been found.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::table::TableErrors;
 
 /// What has been found of what is fixed in the ship: the table that carries the block, its base, the antenna.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Installation {
     /// Errors of the table's axes and encoders.
     pub table: TableErrors,

@@ -4,6 +4,7 @@
 //! ever multiplied: with T = \[Φ_mm Φ_ms\] P, the new covariance has P_mm = T \[Φ_mm Φ_ms\]ᵀ, P_ms = T_s D and P_ss = D P_ss D.
 
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 use super::measurement::{Innovation, Measurement, Outcome};
 use crate::error::Error;
@@ -127,8 +128,26 @@ impl<const M: usize, const N: usize> ProcessNoise<M, N> {
     }
 }
 
+/// Refuses a covariance that is none.
+fn check<const N: usize>(covariance: &SMatrix<f64, N, N>) -> Result<(), Error> {
+    for state in 0..N {
+        let variance = covariance[(state, state)];
+        let all_finite = covariance
+            .column(state)
+            .iter()
+            .all(|value| value.is_finite());
+        if !(all_finite && variance >= 0.0) {
+            return Err(Error::Variance {
+                state,
+                value: if all_finite { variance } else { f64::NAN },
+            });
+        }
+    }
+    Ok(())
+}
+
 /// Estimate and covariance of `N` error states. The covariance is finite and symmetric, and no variance is negative.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Kalman<const N: usize> {
     state: SVector<f64, N>,
     covariance: SMatrix<f64, N, N>,
@@ -140,23 +159,27 @@ impl<const N: usize> Kalman<N> {
     /// # Errors
     /// [`Error::Variance`] where a number is not finite or a variance is negative.
     pub fn new(covariance: SMatrix<f64, N, N>) -> Result<Self, Error> {
-        for state in 0..N {
-            let variance = covariance[(state, state)];
-            let all_finite = covariance
-                .column(state)
-                .iter()
-                .all(|value| value.is_finite());
-            if !(all_finite && variance >= 0.0) {
-                return Err(Error::Variance {
-                    state,
-                    value: if all_finite { variance } else { f64::NAN },
-                });
-            }
-        }
+        check(&covariance)?;
         Ok(Self {
             state: SVector::zeros(),
             covariance: (covariance + covariance.transpose()) * 0.5,
         })
+    }
+
+    /// Refuses numbers that no filter holds, such as those of a damaged file.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn check(&self) -> Result<(), Error> {
+        for (state, value) in self.state.iter().enumerate() {
+            if !value.is_finite() {
+                return Err(Error::Variance {
+                    state,
+                    value: f64::NAN,
+                });
+            }
+        }
+        check(&self.covariance)
     }
 
     /// The estimate.

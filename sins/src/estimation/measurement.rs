@@ -1,6 +1,7 @@
 //! A measurement as a row: z = h x + noise of variance r, and what became of it.
 
 use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
 
 /// The row h of a scalar measurement; only coefficients that are not zero are kept.
 #[derive(Clone, Copy, Debug)]
@@ -138,7 +139,7 @@ impl Outcome {
 }
 
 /// How many scalar measurements came to which end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UpdateCounts {
     /// Taken.
     pub accepted: u64,

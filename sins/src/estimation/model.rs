@@ -3,6 +3,8 @@
 //! A further group is a line in a list; a further model is a list.
 
 use nalgebra::{SMatrix, SVector};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::filter::ErrorFilter;
 use super::group::{Coupling, Group, Interval, Span};
@@ -24,7 +26,9 @@ use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
 
 /// What a filter needs of its list of groups: `M` states that move, `N` in all. The macro `model!` writes it.
-pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + PartialEq {
+pub trait Model<const M: usize, const N: usize>:
+    Copy + std::fmt::Debug + PartialEq + Serialize + DeserializeOwned
+{
     /// Labels of the states, in their order.
     const STATES: [StateLabel; N];
     /// The same, to be shared.
@@ -40,7 +44,7 @@ pub trait Model<const M: usize, const N: usize>: Copy + std::fmt::Debug + Partia
     /// Where the antenna's arm begins, where it is among the groups.
     const ANTENNA: Option<usize>;
     /// What the groups gather.
-    type Gathered: Copy + Default + std::fmt::Debug;
+    type Gathered: Copy + Default + std::fmt::Debug + Serialize + DeserializeOwned;
 
     /// One-sigma of all states before anything is measured.
     fn prior(&self, place: &NavigationState) -> SVector<f64, N>;
@@ -151,14 +155,14 @@ macro_rules! model {
         parameters { $($group:ident: $group_type:ty),* $(,)? }
     ) => {
         $(#[$about])*
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
         pub struct $model {
             $(#[doc = concat!("Settings of the group `", stringify!($moving_group), "`.")] pub $moving: $moving_group,)+
             $(#[doc = concat!("Settings of the group `", stringify!($group_type), "`.")] pub $group: $group_type,)*
         }
 
         #[doc = concat!("What the groups of [`", stringify!($model), "`] gather between two covariance steps.")]
-        #[derive(Clone, Copy, Debug, Default)]
+        #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
         pub struct $gathered {
             $($moving: <$moving_group as Group>::Gathered,)+
             $($group: <$group_type as Group>::Gathered,)*

@@ -1,5 +1,7 @@
 //! How a state is called, and estimates as lists of named states.
 
+pub(crate) mod serialized;
+
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
@@ -137,6 +139,15 @@ impl Shown {
             states: StateList::chosen(positions.iter().map(|position| states[*position])),
             positions: Some(positions.into()),
         }
+    }
+
+    /// Whether a filter of `count` states has all of them.
+    pub(super) fn is_within(&self, count: usize) -> bool {
+        self.positions
+            .as_ref()
+            .map_or(self.states.len() == count, |positions| {
+                positions.iter().all(|position| *position < count)
+            })
     }
 }
 

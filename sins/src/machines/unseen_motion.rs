@@ -5,6 +5,7 @@
 //! against the earth, and the encoders say what the block turned against her; nothing is integrated. The surer way is taken.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::earth::STANDARD_GRAVITY_M_S2;
 use crate::error::Error;
@@ -14,7 +15,7 @@ use crate::table::Turntable;
 use crate::units::ARC_SECOND;
 
 /// What may happen unseen.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnseenMotion {
     /// Greatest rate of a joint \[rad/s\].
     pub table_rate_rad_s: f64,

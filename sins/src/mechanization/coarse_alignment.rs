@@ -8,6 +8,7 @@
 //! motion turn the block and are followed by the gyroscopes, and pushes integrate to the velocity that remains of them.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::earth::rotation::small_rotation;
 use crate::earth::{EARTH_RATE_RAD_S, LocalEarth};
@@ -21,7 +22,7 @@ const PAIR_INTERVAL_S: f64 = 1.0;
 const GRAVITY_TOLERANCE: f64 = 0.02;
 
 /// Gathers increments; solves for the attitude at the start when asked.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CoarseAlignment {
     corrector: IncrementCorrector,
     /// Turns b into i_b0.

@@ -15,9 +15,11 @@
 //! itself it is unstable (normal gravity falls with height), so something must measure height or vertical velocity.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::earth::rotation::small_rotation;
 use crate::earth::{LocalEarth, Position};
+use crate::error::Error;
 use crate::sensor::Increment;
 
 /// The earth is computed anew when the latitude has moved by this much \[rad\] (6 mm; 1e-7 deg/h of earth rate).
@@ -35,7 +37,7 @@ pub struct CorrectedIncrement {
 }
 
 /// Coning, rotation and sculling corrections; remembers the interval before.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct IncrementCorrector {
     previous: Option<Increment>,
 }
@@ -77,7 +79,7 @@ impl IncrementCorrector {
 }
 
 /// Attitude, velocity and position of the block.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NavigationState {
     /// Turns b into n (ENU).
     pub attitude: UnitQuaternion<f64>,
@@ -87,8 +89,30 @@ pub struct NavigationState {
     pub position: Position,
 }
 
+impl NavigationState {
+    /// Refuses numbers that nobody has navigated with, such as those of a damaged file.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] with what they are of, or as [`Position::checked`].
+    pub fn check(&self) -> Result<(), Error> {
+        let refused = |what: &str| Error::Snapshot {
+            reason: format!("{what} cannot be"),
+        };
+        self.position.checked()?;
+        // Not a number is not near anything.
+        let off_unit = (self.attitude.norm() - 1.0).abs();
+        if off_unit.is_nan() || off_unit > 1e-6 {
+            return Err(refused("an attitude"));
+        }
+        if !self.velocity.iter().all(|v| v.is_finite()) {
+            return Err(refused("a velocity"));
+        }
+        Ok(())
+    }
+}
+
 /// The mechanization: integrates increments into a [`NavigationState`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Strapdown {
     state: NavigationState,
     body_to_navigation: Matrix3<f64>,

@@ -1,6 +1,7 @@
 //! The inverse of the sensor error model: samples without their errors.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::errors::{BlockMotion, SensorErrors, by_arms};
 use super::increment::Increment;
@@ -63,7 +64,7 @@ impl SensorErrors {
 ///
 /// With w the reported rate and a the reported specific force:
 /// f' = (I + K_a)⁻¹ (a − ∇ − K_2 f'²), f = f' − arms + τ ḟ, ω = (I + K_g)⁻¹ (w − ε − G_g f).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compensation {
     errors: SensorErrors,
     gyroscope_inverse: Matrix3<f64>,
@@ -105,7 +106,7 @@ impl Compensation {
 }
 
 /// What the sample before the present one said, compensated for all that needs no memory.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Before {
     interval_s: f64,
     /// ω \[rad/s\].
@@ -118,7 +119,7 @@ struct Before {
 ///
 /// Differences are taken against the sample before, half an interval late. What they add telescopes, so that the lateness
 /// costs only the turn of the block within it: at 100 Hz, 5 deg/s and 2 ms of delay 2e-5 m/s in a rotation of 180 deg.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compensator {
     compensation: Compensation,
     follows: bool,

@@ -1,9 +1,10 @@
 //! What the mechanization is fed: integrals over a sampling interval.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// What the sensors gathered over one sampling interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Increment {
     /// Length of the interval \[s\].
     pub interval_s: f64,

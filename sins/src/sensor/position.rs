@@ -1,12 +1,13 @@
 //! Position from outside the inertial system.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::earth::Position;
 use crate::time::Stamp;
 
 /// A measured position, such as a satellite receiver's.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositionMeasurement {
     /// When the antenna was there.
     pub stamp: Stamp,

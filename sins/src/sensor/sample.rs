@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::time::Stamp;
 
 /// One sample: averages over the sampling interval that **ends** at `stamp`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImuSample {
     /// End of the sampling interval.
     pub stamp: Stamp,

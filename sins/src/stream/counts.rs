@@ -1,9 +1,30 @@
 //! What became of everything that was put into a stream.
 
+use serde::{Deserialize, Serialize};
+
 use crate::time::Stamp;
 
+/// A quantity of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Quantity {
+    /// Angular rate \[rad/s\].
+    AngularVelocity,
+    /// Specific force \[m/s²\].
+    LinearAcceleration,
+}
+
+impl std::fmt::Display for Quantity {
+    /// As the message calls it, with its unit.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::AngularVelocity => "angular velocity [rad/s]",
+            Self::LinearAcceleration => "linear acceleration [m/s²]",
+        })
+    }
+}
+
 /// Why a sample is not used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
     /// Its stamp is that of a sample before it.
     Repeated,
@@ -15,8 +36,8 @@ pub enum Refusal {
     NotFinite,
     /// It lies beyond what the sensor can give.
     BeyondRange {
-        /// Which quantity, with its unit.
-        what: &'static str,
+        /// Which quantity.
+        what: Quantity,
         /// Its greatest component.
         value: f64,
         /// The limit.
@@ -24,8 +45,8 @@ pub enum Refusal {
     },
     /// It jumps away from the sample before it, and the one after it jumps back.
     Spike {
-        /// Which quantity, with its unit.
-        what: &'static str,
+        /// Which quantity.
+        what: Quantity,
         /// The jump.
         value: f64,
         /// The limit.
@@ -75,7 +96,7 @@ pub struct Refused {
 }
 
 /// Counts of a stream since it was made. They go on over restarts and epochs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StreamCounts {
     /// Samples that were used (the first one of every epoch included).
     pub samples: u64,

@@ -1,5 +1,7 @@
 //! The last readings of the joints, and the angles at any time near them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::table::JointSample;
 use crate::time::Stamp;
 
@@ -7,10 +9,13 @@ use crate::time::Stamp;
 const AT_REST_RAD: f64 = 6e-5;
 /// How fast a joint may change its rate \[rad/s²\]: the table of the paper, 2.5 deg/s².
 const ACCELERATION_RAD_S2: f64 = 0.044;
+/// A line through two readings is followed so far beyond them, in times of their distance.
+const FARTHEST_SHARE: f64 = 2.0;
 
-/// The last two readings.
-#[derive(Clone, Copy, Debug, Default)]
+/// The last three readings.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct JointHistory {
+    earlier: Option<JointSample>,
     before: Option<JointSample>,
     last: Option<JointSample>,
 }
@@ -19,8 +24,10 @@ impl JointHistory {
     /// Takes a reading. One of the same time replaces the last; an earlier one begins anew.
     pub fn push(&mut self, sample: JointSample) {
         match self.last {
-            Some(last) if sample.stamp > last.stamp => self.before = self.last,
-            Some(last) if sample.stamp < last.stamp => self.before = None,
+            Some(last) if sample.stamp > last.stamp => {
+                (self.earlier, self.before) = (self.before, self.last);
+            }
+            Some(last) if sample.stamp < last.stamp => (self.earlier, self.before) = (None, None),
             _ => {}
         }
         self.last = Some(sample);
@@ -65,6 +72,22 @@ impl JointHistory {
         Some((self.angles_at(stamp), off))
     }
 
+    /// Angles at `stamp` on the line through the last two readings before it, and how far they may be off it \[rad\].
+    pub fn foretold_at(&self, stamp: Stamp) -> Option<([f64; 2], f64)> {
+        let (before, last) = (self.before?, self.last?);
+        if last.stamp > stamp {
+            return on_line(&before, &self.earlier?, stamp);
+        }
+        on_line(&last, &before, stamp)
+    }
+
+    /// Angles at a `stamp` before the last reading, on the line through it and the `next` one, and how far they may be off it
+    /// \[rad\].
+    pub fn traced_back_to(&self, stamp: Stamp, next: &JointSample) -> Option<([f64; 2], f64)> {
+        let last = self.last.filter(|last| last.stamp >= stamp)?;
+        on_line(&last, next, stamp)
+    }
+
     fn interpolate(&self, stamp: Stamp, value: fn(&JointSample) -> [f64; 2]) -> [f64; 2] {
         match (self.before, self.last) {
             (_, None) => [0.0; 2],
@@ -78,6 +101,23 @@ impl JointHistory {
             }
         }
     }
+}
+
+/// Angles at a stamp outside two readings, on their line beyond the nearer one. A joint whose rate changes by α is off the line by
+/// up to α d (d + h) / 2 at the distance d from the nearer of two readings that are h apart; and the readings' own noise
+/// grows by d / h.
+fn on_line(near: &JointSample, far: &JointSample, stamp: Stamp) -> Option<([f64; 2], f64)> {
+    let apart_s = near.stamp.seconds_since(far.stamp);
+    let beyond_s = stamp.seconds_since(near.stamp);
+    let share = beyond_s / apart_s;
+    if !(0.0..=FARTHEST_SHARE).contains(&share) {
+        return None;
+    }
+    let angles = [0, 1].map(|i| near.position[i] + share * (near.position[i] - far.position[i]));
+    let (beyond_s, apart_s) = (beyond_s.abs(), apart_s.abs());
+    let off = 0.5 * ACCELERATION_RAD_S2 * beyond_s * (beyond_s + apart_s);
+    let noise = share * std::f64::consts::SQRT_2 * (AT_REST_RAD / 4.0);
+    Some((angles, off.hypot(noise)))
 }
 
 #[cfg(test)]
@@ -120,6 +160,29 @@ mod tests {
             }
         }
         assert_eq!(history.angles_at(at(10)), [5.0, -5.0]);
+    }
+
+    /// Beyond two readings their line is followed for a while, on both sides, and the uncertainty grows.
+    #[test]
+    fn what_is_not_enclosed_is_on_the_line() {
+        let mut history = JointHistory::default();
+        history.push(reading(0, 1.0));
+        assert_eq!(history.foretold_at(at(10)), None);
+        history.push(reading(20, 1.002));
+        let (angles, off) = history.foretold_at(at(30)).unwrap();
+        assert!((angles[0] - 1.003).abs() < 1e-12 && (angles[1] + 1.003).abs() < 1e-12);
+        assert!(off > 5e-6 && off < 2e-5, "{off}");
+        assert!(history.foretold_at(at(50)).unwrap().1 > 2.0 * off);
+        assert_eq!(history.foretold_at(at(100)), None);
+        assert_eq!(history.foretold_at(at(10)), None);
+
+        history.push(reading(5000, 2.0));
+        assert_eq!(history.foretold_at(at(30)).unwrap().1, off);
+        let next = reading(5020, 2.002);
+        let (angles, off) = history.traced_back_to(at(4990), &next).unwrap();
+        assert!((angles[0] - 1.999).abs() < 1e-12 && off < 2e-5);
+        assert_eq!(history.traced_back_to(at(4000), &next), None);
+        assert_eq!(history.traced_back_to(at(5010), &next), None);
     }
 
     /// What is told is enclosed by readings, and as exact as their distance in time allows.

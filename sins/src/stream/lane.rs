@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::time::Stamp;
 
 /// Messages kept while no samples come.
@@ -10,7 +12,7 @@ const LONGEST_QUEUE: usize = 100_000;
 const FAR_AHEAD_S: f64 = 10.0;
 
 /// One topic beside the samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Lane<T> {
     queue: VecDeque<(Stamp, T)>,
     newest: Option<Stamp>,
@@ -18,6 +20,8 @@ pub(super) struct Lane<T> {
     candidate: Option<(Stamp, T)>,
     /// Its clock was set back since the epoch of the samples began.
     was_set_back: bool,
+    /// A sample has waited for it in vain since it last spoke.
+    is_silent: bool,
     refused: u64,
 }
 
@@ -28,6 +32,7 @@ impl<T> Default for Lane<T> {
             newest: None,
             candidate: None,
             was_set_back: false,
+            is_silent: false,
             refused: 0,
         }
     }
@@ -75,6 +80,7 @@ impl<T> Lane<T> {
         }
         self.queue.push_back((stamp, value));
         self.newest = Some(stamp);
+        self.is_silent = false;
     }
 
     /// The next message at or before `stamp`.
@@ -88,14 +94,37 @@ impl<T> Lane<T> {
         self.queue.pop_front()
     }
 
-    /// Whether anything has come in this epoch.
-    pub(super) fn is_alive(&self) -> bool {
-        self.newest.is_some()
+    /// Whether a sample may wait for it: something has come in this epoch, and none has waited in vain since. A topic that
+    /// stops costs its patience once, and not a lag for ever.
+    pub(super) fn is_awaited(&self) -> bool {
+        self.newest.is_some() && !self.is_silent
+    }
+
+    /// Whether a sample has waited for it in vain since it last spoke.
+    pub(super) fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
+    /// A sample has waited for it in vain.
+    pub(super) fn give_up(&mut self) {
+        self.is_silent = true;
     }
 
     /// Whether a message at or after `stamp` has come.
     pub(super) fn covers(&self, stamp: Stamp) -> bool {
         self.newest.is_some_and(|newest| newest >= stamp)
+    }
+
+    /// The next message, left where it is.
+    pub(super) fn peek(&self) -> Option<&T> {
+        self.queue.front().map(|(_, value)| value)
+    }
+
+    /// Whether messages tell of `stamp` without those up to `before`: one of its very time, or two of which one is not earlier.
+    pub(super) fn tells(&self, before: Stamp, stamp: Stamp) -> bool {
+        let mut after = self.queue.iter().skip_while(|(time, _)| *time <= before);
+        let first = after.next().map(|(time, _)| *time);
+        self.covers(stamp) && (first == Some(stamp) || after.next().is_some())
     }
 
     /// Messages that were left out.

@@ -5,7 +5,8 @@
 //! 2. [`order`] is the clock. What does not follow the usual interval waits for the next arrival.
 //! 3. [`Stream`] joins the samples with what came beside them. Samples wait for the joint state and the velocity of their time where
 //!    the settings say so, and behind a hole always for the joint state, because the encoders say what the table turned in it. All
-//!    patience is counted by the samples' own stamps, never by a clock.
+//!    patience is counted by the samples' own stamps, never by a clock. What has been waited for in vain is not waited for
+//!    again until it speaks: a topic that dies costs its patience once.
 //!
 //! An **epoch** is a stretch of time without a break. What belongs to one (the sample before, the readings of the joints) is
 //! one value that is made anew when an epoch begins; nothing is cleared by hand. Positions pass through where they are measured
@@ -47,6 +48,8 @@ pub mod order;
 pub mod plausibility;
 mod reading;
 
+use serde::{Deserialize, Serialize};
+
 use counts::{Refused, StreamCounts};
 use joint_history::JointHistory;
 use lane::Lane;
@@ -62,7 +65,7 @@ use crate::time::{Stamp, seconds_to_nanos};
 /// How long a sample behind a hole waits for the joint state of its time, by the stamps \[s\].
 const HOLE_PATIENCE_S: f64 = 2.0;
 /// Settings of a stream.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamSettings {
     /// A longer hole begins an epoch, unless the joints tell the turn in it \[s\].
     pub longest_bridge_s: f64,
@@ -92,7 +95,7 @@ impl Default for StreamSettings {
 }
 
 /// What the encoders say of a hole.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableTurn {
     /// Angles (outer, inner) at the last sample before it \[rad\].
     pub from: [f64; 2],
@@ -103,7 +106,7 @@ pub struct TableTurn {
 }
 
 /// A hole in the samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hole {
     /// Time since the sample before it \[s\].
     pub interval_s: f64,
@@ -116,7 +119,7 @@ pub struct Hole {
 }
 
 /// A position, and how the table stood at the end of its interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PositionAt {
     /// The position.
     pub measurement: PositionMeasurement,
@@ -125,7 +128,7 @@ pub struct PositionAt {
 }
 
 /// One interval between two samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Its end.
     pub stamp: Stamp,
@@ -156,14 +159,14 @@ pub enum Item {
 }
 
 /// What belongs to one epoch, and to no other.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Epoch {
     previous: Option<ImuSample>,
     joints: JointHistory,
 }
 
 /// The stream: inputs in, items out.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Stream {
     settings: StreamSettings,
     sieve: Sieve,
@@ -194,6 +197,11 @@ impl Stream {
             newest: None,
             ended: false,
         })
+    }
+
+    /// The settings that it was made with.
+    pub fn settings(&self) -> &StreamSettings {
+        &self.settings
     }
 
     /// Takes a sample.
@@ -340,32 +348,53 @@ impl Stream {
     }
 
     #[inline]
-    fn must_wait(&self, stamp: Stamp, follows: Follows) -> bool {
+    fn must_wait(&mut self, stamp: Stamp, follows: Follows) -> bool {
         let Some(newest) = self.order.last().filter(|_| !self.ended) else {
             return false;
         };
         // Behind a clock that was set back there is nothing to wait for on the old one.
-        let age_nanos = newest.nanos() - stamp.nanos();
-        let patient = |patience_s: f64| (0..seconds_to_nanos(patience_s)).contains(&age_nanos);
+        let mut age_nanos = newest.nanos() - stamp.nanos();
+        // And in a hole nothing could come.
+        if let Some((from, to)) = self.order.last_hole()
+            && stamp <= from
+        {
+            age_nanos -= to.nanos() - from.nanos();
+        }
         let joint_patience_s = match follows {
             Follows::Hole { .. } => self.settings.joint_patience_s.max(HOLE_PATIENCE_S),
             _ => self.settings.joint_patience_s,
         };
-        if self.joints.is_alive() && !self.joints.covers(stamp) && patient(joint_patience_s) {
-            return true;
+        let told = match (follows, self.epoch.previous) {
+            // What was read before the hole says little of its end.
+            (Follows::Hole { .. }, Some(previous)) => self.joints.tells(previous.stamp, stamp),
+            _ => self.joints.covers(stamp),
+        };
+        if joint_patience_s > 0.0 && self.joints.is_awaited() && !told {
+            if (0..seconds_to_nanos(joint_patience_s)).contains(&age_nanos) {
+                return true;
+            }
+            self.joints.give_up();
         }
         let within = |patience_s: f64| (0..=seconds_to_nanos(patience_s)).contains(&age_nanos);
-        let waits = |patience_s: Option<f64>, covered: bool| {
-            patience_s.is_some_and(|patience_s| !covered && within(patience_s))
-        };
-        waits(
-            self.settings.velocity_patience_s,
-            self.velocities.covers(stamp),
-        ) || (self.positions.is_alive()
-            && waits(
-                self.settings.position_patience_s,
-                self.positions.covers(stamp),
-            ))
+        if let Some(patience_s) = self.settings.velocity_patience_s
+            && !self.velocities.is_silent()
+            && !self.velocities.covers(stamp)
+        {
+            if within(patience_s) {
+                return true;
+            }
+            self.velocities.give_up();
+        }
+        if let Some(patience_s) = self.settings.position_patience_s
+            && self.positions.is_awaited()
+            && !self.positions.covers(stamp)
+        {
+            if within(patience_s) {
+                return true;
+            }
+            self.positions.give_up();
+        }
+        false
     }
 
     fn begin(&mut self, sample: ImuSample, cause: EpochCause) -> Item {
@@ -386,11 +415,18 @@ impl Stream {
     fn behind_hole(&mut self, sample: ImuSample, interval_s: f64, lost: u64) -> Item {
         let before = self.epoch.previous.map(|previous| previous.stamp);
         let from = before.and_then(|before| {
+            while let Some((_, joints)) = self.joints.pop_until(before) {
+                self.epoch.joints.push(joints);
+            }
+            let foretold = self.epoch.joints.foretold_at(before);
             self.take_joints(before);
-            self.epoch.joints.told_at(before)
+            surer(self.epoch.joints.told_at(before), foretold)
         });
         self.take_joints(sample.stamp);
-        let to = self.epoch.joints.told_at(sample.stamp);
+        let enclosed = self.epoch.joints.told_at(sample.stamp);
+        let next = self.joints.peek();
+        let traced = next.and_then(|next| self.epoch.joints.traced_back_to(sample.stamp, next));
+        let to = surer(enclosed, traced);
         let turned = from.zip(to).map(|(from, to)| TableTurn {
             from: from.0,
             to: to.0,
@@ -470,6 +506,14 @@ impl Stream {
             };
             self.epoch.joints.push(joints);
         }
+    }
+}
+
+/// Whichever of two tellings of the joints' angles is surer.
+fn surer(one: Option<([f64; 2], f64)>, other: Option<([f64; 2], f64)>) -> Option<([f64; 2], f64)> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(if other.1 < one.1 { other } else { one }),
+        (one, other) => one.or(other),
     }
 }
 

@@ -6,6 +6,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use super::counts::{Refusal, StreamCounts};
 use crate::time::Stamp;
 
@@ -25,7 +27,7 @@ const HELD: usize = 8;
 const RECENT: usize = 8;
 
 /// Why an epoch began.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EpochCause {
     /// The first samples came.
     First,
@@ -55,7 +57,7 @@ impl std::fmt::Display for EpochCause {
 }
 
 /// What a stamp means after the one before it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Follows {
     /// It starts the clock.
     Begins(EpochCause),
@@ -71,7 +73,7 @@ pub enum Follows {
 }
 
 /// What comes out, in order.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ordered<T> {
     /// A sample in its place.
     Next(Stamp, T, Follows),
@@ -79,7 +81,7 @@ pub enum Ordered<T> {
     Refused(Stamp, Refusal),
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Held<T> {
     stamp: Stamp,
     value: T,
@@ -109,7 +111,7 @@ struct Held<T> {
 /// assert_eq!(used, [0, 10, 20, 30, 40, 50, 60, 70]);
 /// assert_eq!((order.counts().gaps, order.counts().refused()), (0, 1));
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct StampOrder<T> {
     last: Option<Stamp>,
     usual_s: Option<f64>,
@@ -219,6 +221,11 @@ impl<T: Copy + PartialEq> StampOrder<T> {
     /// Counts of what was pushed.
     pub fn counts(&self) -> StreamCounts {
         self.counts
+    }
+
+    /// Between which samples the last hole was.
+    pub(super) fn last_hole(&self) -> Option<(Stamp, Stamp)> {
+        self.last_hole
     }
 
     /// Samples that wait for the next arrival to tell what they are.

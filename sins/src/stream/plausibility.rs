@@ -1,16 +1,14 @@
 //! Samples that no sensor gave: not finite, beyond the sensor's range, or a spike of one sample.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
-use super::counts::Refusal;
+use super::counts::{Quantity, Refusal};
 use crate::error::Error;
 use crate::sensor::sample::ImuSample;
 
-const RATE: &str = "angular velocity [rad/s]";
-const FORCE: &str = "linear acceleration [m/s²]";
-
 /// What the sensors can give.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorRange {
     /// Greatest angular rate of an axis \[rad/s\].
     pub rate_rad_s: f64,
@@ -66,9 +64,9 @@ impl SensorRange {
         }
         let (rate, force) = (sample.angular_rate.amax(), sample.specific_force.amax());
         let (what, value, limit) = if rate > self.rate_rad_s {
-            (RATE, rate, self.rate_rad_s)
+            (Quantity::AngularVelocity, rate, self.rate_rad_s)
         } else {
-            (FORCE, force, self.force_m_s2)
+            (Quantity::LinearAcceleration, force, self.force_m_s2)
         };
         Some(Refusal::BeyondRange { what, value, limit })
     }
@@ -83,9 +81,9 @@ impl SensorRange {
         }
         let (rate, force) = (rate.amax(), force.amax());
         let (what, value, limit) = if rate > self.rate_step_rad_s {
-            (RATE, rate, self.rate_step_rad_s)
+            (Quantity::AngularVelocity, rate, self.rate_step_rad_s)
         } else if force > self.force_step_m_s2 {
-            (FORCE, force, self.force_step_m_s2)
+            (Quantity::LinearAcceleration, force, self.force_step_m_s2)
         } else {
             return None;
         };
@@ -101,7 +99,7 @@ fn are_within(values: &Vector3<f64>, limit: f64) -> bool {
     (values.x.abs() <= limit) & (values.y.abs() <= limit) & (values.z.abs() <= limit)
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Values {
     rate: Vector3<f64>,
     force: Vector3<f64>,
@@ -126,7 +124,7 @@ pub(super) enum Sifted<'a> {
 }
 
 /// Holds a sample that jumps until the next one tells whether it was a spike.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Sieve {
     range: SensorRange,
     last: Option<Values>,

@@ -160,9 +160,33 @@ fn samples_wait_for_joints() {
     stream.push_sample(&sample(140, 0.0));
     assert_eq!(ends(&drain(&mut stream)).last(), None, "140 looks odd");
     stream.push_sample(&sample(130, 0.0));
-    assert_eq!(ends(&drain(&mut stream)), [110]);
-    stream.push_joints(joints(160, 0.0)).unwrap();
-    assert_eq!(ends(&drain(&mut stream)), [120, 130, 140]);
+    // 110 has waited long enough, and nothing behind it waits for what is silent.
+    assert_eq!(ends(&drain(&mut stream)), [110, 120, 130, 140]);
+}
+
+/// A topic that dies costs its patience once: no sample waits for it again until it speaks, and then they do.
+#[test]
+fn a_topic_that_dies_costs_its_patience_once() {
+    let mut stream = Stream::new(StreamSettings {
+        joint_patience_s: 0.2,
+        ..StreamSettings::default()
+    })
+    .unwrap();
+    stream.push_joints(joints(100, 0.0)).unwrap();
+    for k in 0..30 {
+        stream.push_sample(&sample(10 * k, 0.0));
+    }
+    assert_eq!(ends(&drain(&mut stream)).last(), Some(&100));
+    for k in 30..34 {
+        stream.push_sample(&sample(10 * k, 0.0));
+    }
+    // 110 has waited for 0.2 s, and those behind it wait no more.
+    assert_eq!(ends(&drain(&mut stream)).last(), Some(&330));
+    stream.push_joints(joints(335, 0.0)).unwrap();
+    stream.push_sample(&sample(340, 0.0));
+    assert!(drain(&mut stream).is_empty());
+    stream.push_joints(joints(345, 0.0)).unwrap();
+    assert_eq!(ends(&drain(&mut stream)), [340]);
 }
 
 /// A restart that is asked for begins an epoch; counts go on, and the next sample is used at once.

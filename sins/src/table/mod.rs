@@ -154,7 +154,7 @@ impl Turntable {
 }
 
 /// The encoders' reading of both joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointSample {
     /// When the joints stood there.
     pub stamp: Stamp,

@@ -103,9 +103,6 @@ where
     let mut heard_there = node
         .subscription::<std_msgs::String>(&format!("/heard_in_python/{name}"), Qos::latched(1))
         .unwrap();
-    let heard_here = node
-        .publisher::<std_msgs::String>(&format!("/heard_in_rust/{name}"), Qos::latched(1))
-        .unwrap();
     let (goal, handle) = server.recv().await.accept();
     book.receive(&format!("{name} goal"), goal);
     // A feedback may come before the other end is known, and one beside the result after it.
@@ -127,11 +124,7 @@ where
         .expect("accepted");
     loop {
         match goal.next().await {
-            GoalNews::Feedback(feedback) => {
-                book.receive(&format!("{name} feedback"), feedback);
-                let told = heard_here.publish(std_msgs::String::default());
-                assert!(told.is_on_its_way());
-            }
+            GoalNews::Feedback(feedback) => book.receive(&format!("{name} feedback"), feedback),
             GoalNews::Ended(_, result) => {
                 book.receive(&format!("{name} result"), result);
                 return book;

@@ -18,6 +18,7 @@ mod four_nodes;
 mod golden;
 mod install;
 mod interfaces;
+mod kills;
 mod layouts;
 mod manners;
 mod manual;

@@ -334,8 +334,10 @@ fn a_saved_calibration_is_loaded_again() {
         let bag = Simulation::new("eight-position", 0.5, 10.0, 21).bag();
         let mut scene = Scene::new("save_load");
         let file = scene.folder().join("kept/calibration.yaml");
-        let calibrator =
-            Program::new("self_calibrator").parameter("calibration_file", file.to_str().unwrap());
+        let calibrator = Program::new("self_calibrator")
+            .parameter("calibration_file", file.to_str().unwrap())
+            .parameter("joint_patience_s", "300.0")
+            .parameter("velocity_patience_s", "300.0");
         let ask = |service: &str| {
             let name = format!("/self_calibrator/{service}");
             let answers = Peer::new(&python, "trigger.py").arg(name).ask();

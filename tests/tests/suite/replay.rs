@@ -19,7 +19,10 @@ const ESTIMATE: &str = "/self_calibration/estimate";
 const CALIBRATION: &str = "/self_calibration/calibration";
 
 fn calibrator() -> Program {
+    // At this rate what comes a second apart on a busy machine is ten minutes apart by the stamps.
     Program::new("self_calibrator")
+        .parameter("joint_patience_s", "600.0")
+        .parameter("velocity_patience_s", "600.0")
 }
 
 fn compensator() -> Program {

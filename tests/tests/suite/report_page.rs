@@ -44,7 +44,9 @@ fn assert_page(browser: &Path, html: &str, folder: &Path, figures: &[&str]) {
     assert!(found["links"].as_u64().unwrap() >= 3, "{found}");
     // The name of a language is no place on a network.
     let text = html.replace("http://www.w3.org/2000/svg", "");
-    for word in ["http:", "https:", "ws:", "//fonts", "@import", "url("] {
+    for word in [
+        "http:", "https:", "ws://", "wss:", "//fonts", "@import", "url(",
+    ] {
         assert!(!text.contains(word), "the page has {word}");
     }
 }

@@ -104,7 +104,7 @@ fn truncated_bag_is_reported_as_far_as_it_goes() {
     let folder = scratch("report_truncated");
     let bag = folder.join("truncated.mcap");
     copy_bag(&converging(), &bag, |bytes| {
-        bytes.truncate(bytes.len() / 2);
+        bytes.truncate(bytes.len() / 3);
     });
     let (answer, html) = report(&bag, &folder);
     let answer = answer.expect_status(1);

@@ -186,7 +186,7 @@ async fn supervise(args: &Options) -> Result<crate::Outcome> {
     );
     println!("{text}");
     let path = folder.root.join("report.txt");
-    std::fs::write(&path, &text).with_context(|| format!("writing {}", path.display()))?;
+    crate::output::file(&path, &text, None)?;
     Ok(if outcome.is_good() {
         crate::Outcome::Reached
     } else {

@@ -194,7 +194,7 @@ fn draw_picture(state: &MonitorState, file: &Path) -> anyhow::Result<()> {
         .draw(|frame| page(frame, state, Instant::now(), Look { colour: true }))
         .context("the page")?;
     let picture = picture::svg(terminal.backend().buffer());
-    std::fs::write(file, picture).with_context(|| file.display().to_string())
+    crate::output::file(file, &picture, None)
 }
 
 fn text(state: &MonitorState) -> anyhow::Result<String> {

@@ -29,6 +29,9 @@ impl Calibrator {
         self.inputs.joints.arrived(1);
         match JointSample::from_message(joints) {
             Ok(sample) => {
+                if let Some(waking) = &mut self.waking {
+                    waking.joints(sample);
+                }
                 if let Err(error) = self.machine.push_joints(sample) {
                     self.inputs.joints.refuse("not finite", error);
                 }

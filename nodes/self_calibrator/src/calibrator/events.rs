@@ -62,11 +62,15 @@ impl Calibrator {
 
     /// Logs a change of phase, once, with its reason.
     pub(super) fn follow_phase(&mut self) {
+        if self.waking.is_some() {
+            return;
+        }
         let now = self.machine.phase();
         let before = std::mem::replace(&mut self.phase, now);
         if before == now {
             return;
         }
+        self.hurries = true;
         let why = phase::reason(before, now, self.latest.as_ref(), self.machine.settings());
         let (from, to) = (before.name(), now.name());
         if now == Phase::Inconsistent {

@@ -50,6 +50,18 @@ impl Calibrator {
             .with("missing velocities", missing)
     }
 
+    /// Whether the state is kept.
+    pub fn checkpoint_report(&self) -> Report {
+        let Some((written, problem)) = &self.kept else {
+            return Report::ok("off");
+        };
+        let report = Report::ok(format!("written {written} times")).with("written", written);
+        match problem {
+            Some(problem) => report.worsened(Level::Error, problem),
+            None => report,
+        }
+    }
+
     /// Where self-calibration stands.
     pub fn estimate_report(&self) -> Report {
         let mut report =

@@ -1,13 +1,14 @@
 //! What is known of the paper's states before anything is measured.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::groups::bias::Bias;
 use crate::estimation::groups::navigation::Navigation;
 use crate::estimation::model::Paper;
 
 /// Initial one-sigma of the paper's states.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InitialUncertainty {
     /// Horizontal position, each axis \[m\].
     pub position_m: f64,

@@ -7,6 +7,7 @@ mod position;
 mod velocity;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::group::{Interval, Span};
 use super::groups::navigation::{self, sensor_noise_rate};
@@ -30,7 +31,7 @@ pub use position::AntennaArm;
 pub use velocity::VelocityMeasurement;
 
 /// Whether estimated errors go back into the mechanization after every update.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Loop {
     /// They stay in the state vector; the mechanization runs free.
     Open,
@@ -39,7 +40,8 @@ pub enum Loop {
 }
 
 /// The error filter of a model and the mechanization it belongs to: `M` states that move, `N` in all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub struct ErrorFilter<G: Model<M, N>, const M: usize, const N: usize> {
     model: G,
     strapdown: Strapdown,
@@ -114,6 +116,28 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
     pub fn with_turn_noise(mut self, share: f64) -> Self {
         self.turn_noise = share;
         self
+    }
+
+    /// Refuses numbers that no running filter holds, such as those of a damaged file.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] with what they are of; [`Error::Diverged`] with the state.
+    pub fn check(&self) -> Result<(), Error> {
+        let refused = |what: &str| Error::Snapshot {
+            reason: format!("{what} cannot be"),
+        };
+        self.kalman.check().map_err(name_state::<G, M, N>)?;
+        self.strapdown.state().check()?;
+        if let Some(base) = &self.installation.base
+            && !(0.999_999..1.000_001).contains(&base.norm())
+        {
+            return Err(refused("the attitude of the base"));
+        }
+        self.compensator.compensation().errors().compensation()?;
+        if !self.shown.is_within(N) {
+            return Err(refused("a list of states"));
+        }
+        Ok(())
     }
 
     /// Runs the mechanization over one sampling interval. The covariance waits for [`Self::step`].

@@ -2,6 +2,7 @@
 //! yaws shows the arm. It couples into nothing and stands still.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval};
 use crate::estimation::installation::Installation;
@@ -12,7 +13,7 @@ use crate::mechanization::strapdown::NavigationState;
 pub const ANTENNA_ARM: [&str; 3] = ["antenna_arm_x_m", "antenna_arm_y_m", "antenna_arm_z_m"];
 
 /// What is known before of the arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Antenna {
     /// One-sigma of every component \[m\].
     pub arm_m: f64,

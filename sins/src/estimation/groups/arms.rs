@@ -4,6 +4,7 @@
 //! accelerometers are in the block) and displaced block (where the block is on the table) show as their sum only.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval, Span};
 use crate::estimation::state::StateLabel;
@@ -11,7 +12,7 @@ use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::{BlockMotion, SensorErrors};
 
 /// What is known before of the arms.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccelerometerArms {
     /// One-sigma of every component \[m\].
     pub arm_m: f64,

@@ -3,6 +3,7 @@
 //! δv̇ = C_b^n (I + K_a)⁻¹ ∇, φ̇ = −C_b^n (I + K_g)⁻¹ ε.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval, Span};
 use crate::estimation::state::StateLabel;
@@ -24,7 +25,7 @@ pub const GYROSCOPE_DRIFT: [&str; 3] = [
 ];
 
 /// What is known of biases and drifts before, and how they walk.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
     /// One-sigma of the accelerometer bias \[m/s²\].
     pub accelerometer_bias_m_s2: Vector3<f64>,

@@ -1,6 +1,7 @@
 //! The accelerometers are late against the gyroscopes by τ: f̃(t) = f(t − τ) = f − τ ḟ, so δv̇ = −C_b^n ḟ δτ, ḟ in block axes.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval, Span};
 use crate::estimation::state::StateLabel;
@@ -11,7 +12,7 @@ use crate::sensor::errors::SensorErrors;
 pub const ACCELEROMETER_DELAY: &str = "accelerometer_delay_s";
 
 /// What is known before of the delay.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccelerometerDelay {
     /// One-sigma \[s\].
     pub delay_s: f64,

@@ -1,6 +1,7 @@
 //! g-sensitivity of the gyroscopes along their own axes: ω̃ = … + G_g f, so φ̇ = −C_b^n (I + K_g)⁻¹ δG_g f.
 
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval, Span};
 use crate::estimation::state::StateLabel;
@@ -30,7 +31,7 @@ pub const GYROSCOPE_G_SENSITIVITIES: [&str; 9] = [
 ];
 
 /// What is known before of the g-sensitivities.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GyroscopeGSensitivity {
     /// One-sigma \[rad/s per m/s²\].
     pub g_sensitivity_rad_s_per_m_s2: f64,

@@ -8,6 +8,7 @@
 //! errors of the sensors, are what the other groups are about.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::earth::{EARTH_RATE_RAD_S, LocalEarth};
 use crate::estimation::group::{Coupling, Group, Interval};
@@ -42,7 +43,7 @@ pub const MISALIGNMENT: [&str; 3] = [
 ];
 
 /// What is known of position, velocity and attitude before.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Navigation {
     /// One-sigma of the horizontal position, each axis \[m\].
     pub position_m: f64,

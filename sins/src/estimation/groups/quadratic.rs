@@ -4,6 +4,7 @@
 //! it is hardly seen, and with one it must not be left out.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval, Span};
 use crate::estimation::state::StateLabel;
@@ -19,7 +20,7 @@ pub const ACCELEROMETER_QUADRATIC: [&str; 3] = [
 ];
 
 /// What is known before of the quadratic coefficients.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccelerometerQuadratic {
     /// One-sigma \[1/(m/s²)\].
     pub quadratic_per_m_s2: f64,

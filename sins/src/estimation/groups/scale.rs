@@ -4,6 +4,7 @@
 //! the block's axes (lower triangle): δv̇ = C_b^n (I + K_a)⁻¹ δK_a f. Column (i, j) of a matrix needs ∫C_b^n ω_j dt.
 
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval, Span};
 use crate::estimation::state::StateLabel;
@@ -71,7 +72,7 @@ fn prior(scale: f64, angle_rad: f64, sigma: &mut [f64]) {
 }
 
 /// What is known before of the gyroscopes' scale factors and installation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GyroscopeMatrix {
     /// One-sigma of a scale factor.
     pub scale_factor: f64,
@@ -174,7 +175,7 @@ const fn angle(name: &'static str, symbol: &'static str, words: &'static str) ->
 }
 
 /// What is known before of the accelerometers' scale factors and installation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccelerometerMatrix {
     /// One-sigma of a scale factor.
     pub scale_factor: f64,

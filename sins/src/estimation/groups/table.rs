@@ -3,6 +3,7 @@
 //! The outer encoder's zero is no state: it is the base's attitude.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval};
 use crate::estimation::installation::Installation;
@@ -11,7 +12,7 @@ use crate::mechanization::strapdown::NavigationState;
 use crate::units::ARC_SECOND;
 
 /// What is known before of the table.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// One-sigma of the non-orthogonality \[rad\].
     pub nonorthogonality_rad: f64,
@@ -98,7 +99,7 @@ pub const BASE_ATTITUDE: [&str; 3] = [
 
 /// The base's attitude error ψ: the calculated base stands at B' = (I − ψ×) B. Nothing is known of it before encoders begin,
 /// and then it walks as much as the ship moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaseAttitude {
     /// Walk, density \[rad/√s\].
     pub walk_rad_sqrt_s: f64,

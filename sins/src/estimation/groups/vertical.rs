@@ -5,6 +5,7 @@
 //! the mean heave is zero.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::group::{Coupling, Group, Interval};
 use crate::estimation::groups::navigation::{LATITUDE, LONGITUDE};
@@ -17,7 +18,7 @@ pub const HEIGHT: &str = "height_error_m";
 pub const VELOCITY_UP: &str = "velocity_error_up_m_s";
 
 /// What is known of height and vertical velocity before.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Vertical {
     /// One-sigma of the height \[m\].
     pub height_m: f64,

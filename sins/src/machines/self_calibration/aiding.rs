@@ -1,5 +1,7 @@
 //! What the velocity error is measured against, and when.
 
+use serde::{Deserialize, Serialize};
+
 use super::Reference;
 use super::schedule::Schedule;
 use crate::sensor::VelocityMeasurement;
@@ -20,7 +22,7 @@ pub(super) enum Due {
 }
 
 /// The velocity reference with its schedule.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Aiding {
     reference: Reference,
     schedule: Schedule,
@@ -34,6 +36,11 @@ impl Aiding {
             schedule,
             last_position: None,
         }
+    }
+
+    /// Whether its steps come so often.
+    pub(super) fn has_period(&self, period_s: f64) -> bool {
+        self.schedule.has_period(period_s)
     }
 
     /// What the velocity error is measured against.

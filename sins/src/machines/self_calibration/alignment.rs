@@ -1,6 +1,7 @@
 //! What is gathered before the filter can start, and what its noise is.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::default_noise;
 use super::sensor_knowledge::SensorKnowledge;
@@ -12,7 +13,7 @@ use crate::table::Turntable;
 use crate::time::Stamp;
 
 /// Intervals of one alignment.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Gathering {
     /// The sample that the first interval begins with.
     pub(super) start: Stamp,

@@ -5,6 +5,7 @@
 //! which the gyroscopes carry from second to second far better than an encoder reads.
 
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::filter::EncoderReading;
@@ -15,7 +16,7 @@ use crate::time::Stamp;
 use crate::units::ARC_SECOND;
 
 /// What encoders are worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EncoderAccuracy {
     /// One-sigma of a reading \[rad\].
     pub sigma_rad: f64,
@@ -33,12 +34,12 @@ impl Default for EncoderAccuracy {
 }
 
 /// What became of the encoders.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum EncoderUse {
     /// No reading has come, or nobody asks for them.
     #[default]
     Unused,
-    /// How much the ship moves is being measured.
+    /// How much the ship moves is being measured, or the attitude is not certain enough yet.
     Watching,
     /// The ship moves too much: her attitude changes by this much in a second, one-sigma \[rad\].
     ShipMoves(f64),
@@ -73,6 +74,9 @@ const MEMORY: f64 = 300.0;
 const STILL: f64 = 1.2;
 /// A ship that turns by more than this in a second makes encoders worthless \[rad\].
 const MOVES_RAD: f64 = 5.0 * ARC_SECOND;
+/// A filter whose attitude is less certain is not linear enough for readings of arc seconds, one-sigma \[rad\]: the second order
+/// of a misalignment φ is φ²/2, three arc seconds at 5.4 mrad.
+const LINEAR_RAD: f64 = 5e-3;
 /// A reading this far off, in squared sigmas, is left out.
 const GATE: f64 = 25.0;
 /// After so many readings left out in a row the base is taken to have been moved.
@@ -82,7 +86,7 @@ const GATED_IN_A_ROW: u32 = 10;
 type Before = (Stamp, [f64; 2], UnitQuaternion<f64>);
 
 /// The reader of encoders.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Encoders {
     before: Option<Before>,
     watched: u32,
@@ -99,6 +103,7 @@ impl Encoders {
             0 => EncoderUse::Unused,
             watched if watched < WATCH => EncoderUse::Watching,
             _ if self.motion.sqrt() > MOVES_RAD => EncoderUse::ShipMoves(self.motion.sqrt()),
+            _ if self.used == 0 => EncoderUse::Watching,
             _ => EncoderUse::Used(self.used),
         }
     }
@@ -166,7 +171,7 @@ impl Encoders {
         if self.watched < WATCH {
             return;
         }
-        if self.motion.sqrt() > MOVES_RAD {
+        if self.motion.sqrt() > MOVES_RAD || filter.largest_misalignment_sigma() > LINEAR_RAD {
             filter.forget_base();
             return;
         }

@@ -13,6 +13,7 @@ use crate::earth::rotation::HeadingPitchRoll;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::UpdateCounts;
+use crate::estimation::state::serialized::shared;
 use crate::estimation::state::{NamedCovariance, StateEstimate, StateValues};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::errors::SensorErrors;
@@ -62,7 +63,7 @@ const KEPT: f64 = 0.05;
 pub const NOT_KNOWN: f64 = -1.0;
 
 /// What happened to the samples on the way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleReport {
     /// Used, missing and refused samples, and how often the alignment was started anew.
     pub counts: StreamCounts,
@@ -87,7 +88,7 @@ impl SampleReport {
 }
 
 /// The estimate after an update.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Time of the estimate.
     pub stamp: Stamp,
@@ -115,6 +116,7 @@ pub struct Estimate {
     /// What the filter beside says.
     pub testimony: Option<Testimony>,
     /// What the judge's tests found; they are made once a minute.
+    #[serde(with = "shared")]
     pub findings: Arc<[Finding]>,
     /// What became of the encoders.
     pub encoders: EncoderUse,

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
@@ -29,7 +30,7 @@ use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};
 use crate::time::Stamp;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Stage {
     /// No sample has come yet.
     Idle,
@@ -38,7 +39,7 @@ enum Stage {
 }
 
 /// Alignment, filter and judge. It has no clock and no queues of its own.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in crate::machines) struct Estimator {
     settings: Settings,
     /// Where the ship lies in this epoch: the first position of it.
@@ -54,6 +55,7 @@ pub(in crate::machines) struct Estimator {
     missing_velocities: u64,
     /// What became of the measurements of the alignments before this one.
     updates_before: UpdateCounts,
+    #[serde(skip)]
     events: VecDeque<Event>,
 }
 
@@ -73,6 +75,21 @@ impl Estimator {
             updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
         })
+    }
+
+    /// Refuses what no estimator of these settings holds.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        for position in [self.position, self.newest_position].into_iter().flatten() {
+            position.checked()?;
+        }
+        if let Some(last) = &self.last {
+            last.navigation.check()?;
+            last.errors.compensation()?;
+        }
+        match &self.stage {
+            Stage::Running(run) => run.check(&self.settings),
+            Stage::Idle | Stage::Gathering(_) => Ok(()),
+        }
     }
 
     /// Begins with what is known of the sensors.

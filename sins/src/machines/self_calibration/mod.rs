@@ -28,6 +28,7 @@ mod running;
 mod schedule;
 mod sensor_knowledge;
 mod settings;
+mod snapshot;
 mod thresholds;
 
 pub use calibration_record::{CalibrationRecord, RecordedCovariance};
@@ -43,7 +44,10 @@ pub use judge::{
 pub(in crate::machines) use sensor_knowledge::SensorKnowledge;
 pub use sensor_knowledge::SensorWalk;
 pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};
+pub use snapshot::Snapshot;
 pub use thresholds::Thresholds;
+
+use serde::{Deserialize, Serialize};
 
 use crate::earth::Position;
 use crate::error::Error;
@@ -102,7 +106,7 @@ use crate::time::Stamp;
 /// assert!(!estimate.verdict(machine.settings()).converged);
 /// # Ok::<(), sins::Error>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SelfCalibration {
     stream: Stream,
     estimator: Estimator,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 
 use super::aiding::{Aiding, Due};
 use super::encoders::Encoders;
@@ -16,6 +17,7 @@ use crate::estimation::filter::AntennaArm;
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::{Innovation, Outcome};
 use crate::estimation::state::StateValues;
+use crate::estimation::state::serialized::shared;
 use crate::machines::unseen_motion::Passage;
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
@@ -39,7 +41,7 @@ pub(super) struct Advance {
 const MOVES: f64 = 4.0;
 
 /// The filter with its aiding and its judge.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Running {
     pub(super) filter: AnyFilter,
     /// One-sigma of its states as a sensor of which nothing is known has them.
@@ -56,6 +58,7 @@ pub(super) struct Running {
     /// Joints against gyroscopes.
     pub(super) joints: Joints,
     /// What the judge's tests found.
+    #[serde(with = "shared")]
     pub(super) findings: Arc<[Finding]>,
     /// One-sigma of the azimuth when the loop was closed \[rad\].
     pub(super) azimuth_rad: f64,
@@ -172,6 +175,21 @@ impl Running {
             }
         }
         Ok(advance)
+    }
+
+    /// Refuses what no filter of these settings holds.
+    pub(super) fn check(&self, settings: &Settings) -> Result<(), Error> {
+        let is_model = match settings.model {
+            ModelChoice::Paper => matches!(self.filter, AnyFilter::Paper(_)),
+            ModelChoice::Whole => matches!(self.filter, AnyFilter::Whole(_)),
+        };
+        if !(is_model && self.aiding.has_period(settings.step_s)) {
+            return Err(Error::Snapshot {
+                reason: "its filter is not that of its settings".to_owned(),
+            });
+        }
+        self.filter.check()?;
+        self.witness.as_ref().map_or(Ok(()), Witness::check)
     }
 
     fn ask_witness(&mut self, seen: Seen<'_>) -> Result<(), Error> {

@@ -1,9 +1,11 @@
 //! When a covariance step is due, by the stamps.
 
+use serde::{Deserialize, Serialize};
+
 use crate::time::{Stamp, seconds_to_nanos};
 
 /// Covariance steps at a period, and no sooner than half of one after a step of another cause.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Schedule {
     period_nanos: i64,
     next: Stamp,
@@ -22,6 +24,11 @@ impl Schedule {
     /// The time between steps \[s\].
     pub(super) fn period_s(&self) -> f64 {
         self.period_nanos as f64 * 1e-9
+    }
+
+    /// Whether it was made with this period.
+    pub(super) fn has_period(&self, period_s: f64) -> bool {
+        self.period_nanos == seconds_to_nanos(period_s).max(1)
     }
 
     /// Whether a step is due at the end of an interval of this length: at the sample that is nearest to its time.

@@ -1,6 +1,7 @@
 //! What is known of the sensors: it outlives every hole, jump and restart.
 
 use nalgebra::{SMatrix, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::Calibration;
 use crate::estimation::any_filter::AnyFilter;
@@ -16,7 +17,7 @@ use crate::time::Stamp;
 use crate::units::{DEG_PER_HOUR, MICRO_G};
 
 /// How sensor errors wander while nobody looks: random walks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorWalk {
     /// Of the gyroscope drifts \[rad/s/√s\].
     pub gyroscope_drift_rad_s_sqrt_s: f64,
@@ -36,7 +37,7 @@ impl Default for SensorWalk {
 }
 
 /// The sensor errors with their covariance.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(in crate::machines) struct SensorKnowledge {
     /// When it was learnt.
     pub(super) stamp: Stamp,

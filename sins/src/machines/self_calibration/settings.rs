@@ -1,6 +1,7 @@
 //! Settings of self-calibration, each with a default that suits a ship at her mooring.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::Thresholds;
 use super::encoders::EncoderAccuracy;
@@ -16,7 +17,7 @@ use crate::table::Turntable;
 use crate::units::{DEG_PER_HOUR, DEG_PER_SQRT_HOUR, MICRO_G};
 
 /// Where the velocity error is measured against.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reference {
     /// The ship lies at her mooring: her velocity is zero, give or take this one-sigma \[m/s\], once a second.
     Moored {
@@ -44,7 +45,7 @@ pub enum Reference {
 }
 
 /// The antenna whose position is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Antenna {
     /// From the table's centre, in the ship: starboard, forward, up \[m\].
     pub arm_m: Vector3<f64>,
@@ -53,7 +54,7 @@ pub struct Antenna {
 }
 
 /// Which errors are estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ModelChoice {
     /// The paper's thirteen states: navigation, biases, drifts.
     #[default]
@@ -90,7 +91,7 @@ impl std::str::FromStr for ModelChoice {
 }
 
 /// Everything that self-calibration can be told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Which axis each joint turns about; needed for the vehicle's attitude only.
     pub turntable: Turntable,
@@ -123,6 +124,7 @@ pub struct Settings {
     /// Velocity that coarse alignment may leave unexplained \[m/s\].
     pub coarse_residual_limit_m_s: f64,
     /// When the estimate counts as found.
+    #[serde(skip)]
     pub thresholds: Thresholds,
     /// Length of the innovation test in updates.
     pub window_updates: usize,
@@ -143,6 +145,9 @@ pub struct Settings {
     pub recovery_windows: usize,
     /// Whether a second filter runs beside for the judge to ask. Without it he sees the innovations alone.
     pub witness: bool,
+    /// How much later than its sample, by the stamps, a joint state may come where encoders are measured or the judge looks at
+    /// them \[s\].
+    pub joint_patience_s: f64,
     /// A greater share of refused samples speaks against an estimate.
     pub refused_share: f64,
     /// A greater share of holes speaks against an estimate.
@@ -182,14 +187,12 @@ impl Default for Settings {
             unseen: UnseenMotion::default(),
             recovery_windows: 6,
             witness: true,
+            joint_patience_s: 30.0,
             refused_share: 0.01,
             gap_share: 0.1,
         }
     }
 }
-
-/// So much later than a sample, by the stamps, the reading of the encoders may come that covers it \[s\].
-const ENCODER_PATIENCE_S: f64 = 2.0;
 
 /// The noise of reading D (0.001 deg/√h, 10 ug/√Hz), used where neither settings nor samples tell any.
 pub fn default_noise() -> NoiseDensity {
@@ -229,8 +232,8 @@ impl Settings {
             longest_bridge_s: self.restart_gap_s,
             longest_told_hole_s: LONGEST_TOLD_HOLE_S,
             // What is measured must not depend on which of two messages comes first.
-            joint_patience_s: if self.measures_encoders() {
-                ENCODER_PATIENCE_S
+            joint_patience_s: if self.measures_encoders() || self.witness {
+                self.joint_patience_s
             } else {
                 0.0
             },
@@ -303,6 +306,7 @@ impl Settings {
     /// [`Error::Setting`] with the name of the first setting that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         positive("step_s", self.step_s)?;
+        positive("joint_patience_s", self.joint_patience_s)?;
         positive("coarse_alignment_s", self.coarse_alignment_s)?;
         positive("coarse_alignment_min_s", self.coarse_alignment_min_s)?;
         positive("coarse_residual_limit_m_s", self.coarse_residual_limit_m_s)?;
@@ -356,6 +360,12 @@ impl Settings {
             ),
         ] {
             vector.iter().try_for_each(|v| positive(name, *v))?;
+        }
+        for (label, limit) in self.thresholds.iter() {
+            if limit.is_nan() {
+                let name = format!("threshold of {}", label.name);
+                return Err(Error::setting(name, limit, "a number that is not negative"));
+            }
         }
         self.check_reference()?;
         self.check_groups()?;

@@ -19,7 +19,8 @@ impl Thresholds {
     pub const NONE: Self = Self { limits: Vec::new() };
 
     /// From thresholds of misalignment (E, N, U) \[rad\], accelerometer bias \[m/s²\] and gyroscope drift \[rad/s\]; a value
-    /// that is not positive asks nothing of its state.
+    /// of zero asks nothing of its state. One that means nothing is kept as NaN, which [`Settings::check`](super::Settings::check)
+    /// refuses and no estimate reaches.
     pub fn new(misalignment_rad: [f64; 3], bias_m_s2: [f64; 3], drift_rad_s: [f64; 3]) -> Self {
         let mut thresholds = Self::NONE;
         for (names, values) in [
@@ -37,19 +38,24 @@ impl Thresholds {
     }
 
     /// Asks for a one-sigma of a state \[the unit that its name ends in\] in place of what was asked of it before; nothing
-    /// where it is not positive.
+    /// where it is zero.
     ///
     /// # Errors
-    /// [`Error::Setting`] where no model has such a state.
+    /// [`Error::Setting`] where no model has such a state, or the number is negative or none.
     pub fn ask(&mut self, name: &str, sigma: f64) -> Result<(), Error> {
         let label = model::label(name)
             .ok_or_else(|| Error::setting("state of a threshold", name, "the name of a state"))?;
+        if sigma.is_nan() || sigma < 0.0 {
+            let name = format!("threshold of {name}");
+            return Err(Error::setting(name, sigma, "a number that is not negative"));
+        }
         self.put(label, sigma);
         Ok(())
     }
 
     fn put(&mut self, label: &'static StateLabel, sigma: f64) {
-        let is_asked = sigma > 0.0 && sigma.is_finite();
+        let sigma = if sigma < 0.0 { f64::NAN } else { sigma };
+        let is_asked = sigma != 0.0 && sigma != f64::INFINITY;
         match self
             .limits
             .binary_search_by_key(&label.name, |(l, _)| l.name)
@@ -88,7 +94,9 @@ impl Thresholds {
     pub fn reached(&self, covariance: &NamedCovariance) -> f64 {
         let shares = self.limits.iter().map(|(label, limit)| {
             let sigma = covariance.sigma(label.name);
-            sigma.map_or(0.0, |sigma| limit / sigma)
+            // A limit that is none is never reached.
+            let share = sigma.map_or(0.0, |sigma| limit / sigma);
+            if share.is_nan() { 0.0 } else { share }
         });
         shares.fold(1.0, f64::min)
     }
@@ -124,6 +132,21 @@ mod tests {
         assert_eq!(thresholds.reached(&covariance(1.0, 0.1)), 1.0);
     }
 
+    /// A threshold that means nothing is reached by nothing, and no machine begins with it.
+    #[test]
+    fn what_means_nothing_is_not_reached() {
+        for wrong in [f64::NAN, -1.0] {
+            let thresholds = Thresholds::new([0.0, 0.0, wrong], [0.0; 3], [1.0; 3]);
+            assert!(thresholds.of(MISALIGNMENT[2]).unwrap().is_nan());
+            let settings = crate::machines::self_calibration::Settings {
+                thresholds,
+                ..Default::default()
+            };
+            let told = settings.check().unwrap_err().to_string();
+            assert!(told.contains(MISALIGNMENT[2]), "{told}");
+        }
+    }
+
     /// Any state of any model may be asked for, by its name; what the filter does not have is not reached.
     #[test]
     fn any_state_may_be_asked_for() {
@@ -133,6 +156,10 @@ mod tests {
         thresholds.ask(scale, 1e-6).unwrap();
         assert_eq!(thresholds.of(scale), Some(1e-6));
         assert_eq!(thresholds.reached(&covariance(4.0, 0.5)), 0.0);
+        for wrong in [f64::NAN, -1e-6] {
+            let told = thresholds.ask(scale, wrong).unwrap_err().to_string();
+            assert!(told.contains(scale), "{told}");
+        }
         thresholds.ask(scale, 0.0).unwrap();
         assert_eq!((thresholds.of(scale), thresholds.iter().count()), (None, 3));
         let told = thresholds.ask("gyroscope_colour", 1.0).unwrap_err();

@@ -224,7 +224,8 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "MEMS, thresholds of its grade",
-        inside: Inside::Whole,
+        // Its azimuth is uncertain by 8 deg and more when the loop closes: no linear filter holds that.
+        inside: Inside::Neither,
         change: |w, d| {
             grade(w, d, SensorGrade::Mems);
             w.calibration.grade = Some(Grade::Mems);

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+
 use super::{About, Scheme};
 use crate::error::Error;
 use crate::table::{Axis, Joint, Trajectory, Turntable};
@@ -11,7 +13,7 @@ use crate::time::seconds_to_nanos;
 const SAME_ANGLE_RAD: f64 = 1e-9;
 
 /// One rotation of a program and the dwell after it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// The joint that turns.
     pub joint: Joint,
@@ -58,7 +60,7 @@ pub struct Segment {
 }
 
 /// A scheme, checked and laid out for one table.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
     /// Name of the scheme.
     pub name: String,

@@ -1,5 +1,7 @@
 //! What the judge's tests found, each with a figure, its bound and a sentence.
 
+use serde::{Deserialize, Serialize};
+
 use super::super::ModelChoice;
 use super::joints::Joints;
 use super::left_out::Single;
@@ -10,22 +12,30 @@ use crate::estimation::model::{self, Model, Whole};
 use crate::estimation::state::{StateEstimate, StateLabel, StateValues};
 use crate::units::ARC_SECOND;
 
-/// So many sigmas the judged filter may be from the witness, and a latitude or a left out state from zero.
+/// So many sigmas a latitude may be from that of the fix.
 const SIGMAS: f64 = 4.75;
+/// So many sigmas the best of some 45 states that are left out may be from zero.
+const BEST_SIGMAS: f64 = 5.0;
+/// So many sigmas of both the judged filter may be from the witness; the same samples are in both, so that they differ by less.
+const WITNESS_SIGMAS: f64 = 3.75;
 /// So many sigmas of its prior a state may be.
 const PRIOR_SIGMAS: f64 = 4.0;
 /// An azimuth more uncertain than this when the loop closes is not linear \[rad\].
-const LINEAR_RAD: f64 = 0.26;
+const LINEAR_RAD: f64 = 0.125;
 
 /// A test by its name in JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Test {
     /// The level of the innovations at rest, against the noise of the samples.
     Rest,
+    /// The same over long stretches.
+    White,
     /// Innovations after turns against those at rest.
     Turns,
     /// What the model leaves out.
     LeftOut,
+    /// The one of them that explains the samples best.
+    LeftOutState,
     /// Misalignment, biases and drifts against the witness.
     Witness,
     /// Latitude by the earth's rate against the fix.
@@ -40,10 +50,12 @@ pub enum Test {
 
 impl Test {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Rest,
+        Self::White,
         Self::Turns,
         Self::LeftOut,
+        Self::LeftOutState,
         Self::Witness,
         Self::Latitude,
         Self::Prior,
@@ -55,8 +67,10 @@ impl Test {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
+            Self::White => "white",
             Self::Turns => "turns",
             Self::LeftOut => "left_out",
+            Self::LeftOutState => "left_out_state",
             Self::Witness => "witness",
             Self::Latitude => "latitude",
             Self::Prior => "prior",
@@ -67,7 +81,7 @@ impl Test {
 }
 
 /// What a test found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// Which.
     pub test: Test,
@@ -76,6 +90,7 @@ pub struct Finding {
     /// How large it may be.
     pub bound: f64,
     /// The state that it is about, with its value and the sigma that goes with it, SI.
+    #[serde(with = "crate::estimation::state::serialized::about")]
     pub about: Option<(&'static StateLabel, f64, f64)>,
 }
 
@@ -109,6 +124,11 @@ impl std::fmt::Display for Finding {
                 "at rest the innovations are {figure} times what the noise of the samples explains (mean square over 20 s, \
                  at most {bound}): the sensors are noisier than their covariances say, or the ship moves slowly"
             ),
+            (Test::White, _) => write!(
+                f,
+                "over long stretches the innovations are {figure} times what the noise of the samples explains (mean square, at \
+                 most {bound}): drifts or biases wander more than was said"
+            ),
             (Test::Turns, _) => write!(
                 f,
                 "after turns the innovations are {figure} times those at rest (mean square over 20 s, at most {bound}): \
@@ -118,6 +138,11 @@ impl std::fmt::Display for Finding {
                 f,
                 "{} {value} ± {sigma} {}: the model paper does not hold it (chi-square of all that it leaves out {figure}, \
                  at most {bound})",
+                label.words, label.unit
+            ),
+            (Test::LeftOutState, Some((label, value, sigma))) => write!(
+                f,
+                "{} {value} ± {sigma} {}: the model paper does not hold it ({figure} sigma by itself, at most {bound})",
                 label.words, label.unit
             ),
             (Test::Witness, Some((label, value, sigma))) => write!(
@@ -193,6 +218,12 @@ impl Looked<'_> {
             about: None,
         };
         findings.extend(testimony.turns.at_rest().map(|found| of(Test::Rest, found)));
+        findings.extend(
+            testimony
+                .turns
+                .whiteness()
+                .map(|found| of(Test::White, found)),
+        );
         let is_fine = !testimony.is_coarse;
         let turns = testimony.turns.ratio().filter(|_| is_fine);
         findings.extend(turns.map(|found| of(Test::Turns, found)));
@@ -220,6 +251,12 @@ impl Looked<'_> {
                 &left_out.best,
                 left_out.sum,
                 left_out.bound,
+            ));
+            findings.push(single(
+                Test::LeftOutState,
+                &left_out.best,
+                left_out.best.over().abs(),
+                BEST_SIGMAS,
             ));
         }
         findings.extend(self.apart(testimony));
@@ -274,7 +311,7 @@ impl Looked<'_> {
                 worst = Some(Finding {
                     test: Test::Witness,
                     figure,
-                    bound: SIGMAS,
+                    bound: WITNESS_SIGMAS,
                     about: Some((label, difference, sigma)),
                 });
             }

@@ -1,10 +1,12 @@
 //! The test of the innovations over a run.
 
+use serde::{Deserialize, Serialize};
+
 use super::super::Settings;
 use crate::estimation::consistency::InnovationWindow;
 
 /// The test of the innovations. What failed stays failed until windows enough have passed in a row.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Judge {
     window: InnovationWindow,
     last: f64,
@@ -66,7 +68,7 @@ impl Judge {
 }
 
 /// Innovations of the last updates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InnovationReport {
     /// Normalized innovation squared of the last update, two degrees of freedom.
     pub last: f64,

@@ -4,6 +4,7 @@
 //! the joints turn about other axes, the other way, or by another angle than they say.
 
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 
 use crate::stream::joint_history::JointHistory;
 use crate::table::Turntable;
@@ -26,7 +27,7 @@ const TIMES: f64 = 5.0;
 const FEWEST: u32 = 2;
 
 /// How the ship turned while her table did, and while it rested.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Joints {
     before: Option<([f64; 2], UnitQuaternion<f64>)>,
     /// Where she stood when the joints last rested, and how uncertain that was.

@@ -6,6 +6,7 @@
 //! where all others are zero.
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::super::ModelChoice;
@@ -28,7 +29,7 @@ const ENDS: [usize; 2] = positions(
 const LATITUDE: usize = positions(Whole::LIST, [POSITION[0]])[0];
 
 /// What explains the samples best by itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Single {
     /// Number of the state in the whole model.
     pub state: usize,
@@ -50,7 +51,7 @@ impl Single {
 }
 
 /// The test of what is left out.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// xᵀ P⁻¹ x over all groups.
     pub sum: f64,

@@ -6,6 +6,7 @@
 //! their means over [`BLOCK`] show it.
 
 use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A block that turns faster is turned by its table \[rad/s\].
@@ -24,7 +25,7 @@ const FALSE_ALARM: f64 = 1e-5;
 const LEVEL_TOLERANCE: f64 = 1.15;
 
 /// A mean square.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeanSquare {
     sum: f64,
     count: f64,
@@ -62,7 +63,7 @@ impl MeanSquare {
 }
 
 /// Means of normalized innovations over [`BLOCK`], east, north and up, times the root of their number: of variance one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Turns {
     attitude: UnitQuaternion<f64>,
     since_turn_s: f64,
@@ -74,6 +75,50 @@ pub struct Turns {
     pub quiet: MeanSquare,
     /// At rest, upwards.
     pub quiet_up: MeanSquare,
+    /// Over long stretches, turns or not.
+    pub stretches: [Stretches; LENGTHS.len()],
+}
+
+/// Innovations of so many updates are taken together to see whether they are white: what wanders slowly leaves each of them where it
+/// should be, and their sum not.
+const LENGTHS: [u32; 2] = [40, 80];
+
+/// Means over stretches of one length, east and north, times the root of their number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stretches {
+    length: u32,
+    sums: [f64; 3],
+    summed: u32,
+    /// Mean square, east and north.
+    pub along: MeanSquare,
+    /// Mean square, upwards.
+    pub up: MeanSquare,
+}
+
+impl Stretches {
+    fn new(length: u32) -> Self {
+        Self {
+            length,
+            sums: [0.0; 3],
+            summed: 0,
+            along: MeanSquare::default(),
+            up: MeanSquare::default(),
+        }
+    }
+
+    fn count(&mut self, normalized: [f64; 3]) {
+        for (sum, value) in self.sums.iter_mut().zip(normalized) {
+            *sum += value;
+        }
+        self.summed += 1;
+        if self.summed == self.length {
+            let root = f64::from(self.length).sqrt();
+            let means = self.sums.map(|sum| sum / root);
+            self.along.add(&means[..2]);
+            self.up.add(&means[2..]);
+            (self.sums, self.summed) = ([0.0; 3], 0);
+        }
+    }
 }
 
 impl Turns {
@@ -86,6 +131,7 @@ impl Turns {
             after: MeanSquare::default(),
             quiet: MeanSquare::default(),
             quiet_up: MeanSquare::default(),
+            stretches: LENGTHS.map(Stretches::new),
         }
     }
 
@@ -115,6 +161,9 @@ impl Turns {
 
     /// Counts normalized innovations, east, north and up.
     pub(super) fn count(&mut self, normalized: [f64; 3]) {
+        for stretches in &mut self.stretches {
+            stretches.count(normalized);
+        }
         let is_after = self.since_turn_s <= AFTER_S;
         if !(is_after || self.is_quiet()) {
             (self.sums, self.summed) = ([0.0; 3], 0);
@@ -147,6 +196,16 @@ impl Turns {
                 1.0 + of_after.hypot(of_quiet),
             )
         })
+    }
+
+    /// The mean square over long stretches that is farthest above one, and how far it may be by chance.
+    pub fn whiteness(&self) -> Option<(f64, f64)> {
+        let found = self.stretches.iter();
+        found
+            .flat_map(|stretches| [stretches.along, stretches.up])
+            .filter(|square| square.count >= FEWEST)
+            .map(|square| (square.mean(), square.excess() * LEVEL_TOLERANCE))
+            .max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)))
     }
 
     /// Mean square at rest, upwards too, and how large it may be.

@@ -9,6 +9,8 @@
 //! uncertainty of the beginning. What it says then does not hang on a linearization about a wrong azimuth or a great drift.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+use serde_big_array::BigArray;
 
 use super::super::{ModelChoice, Reference, Settings};
 use super::left_out::{self, LeftOut, Single};
@@ -70,7 +72,7 @@ pub(super) const NINE_NAMES: [&str; 9] = [
 const NINE: [usize; 9] = positions(Whole::LIST, NINE_NAMES);
 
 /// What the witness says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Testimony {
     /// Attitude of the block.
     pub attitude: UnitQuaternion<f64>,
@@ -100,7 +102,7 @@ pub(in crate::machines::self_calibration) enum Seen<'a> {
 }
 
 /// The second filter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in crate::machines::self_calibration) struct Witness {
     filter: Box<WholeFilter>,
     gathered: Increment,
@@ -113,6 +115,7 @@ pub(in crate::machines::self_calibration) struct Witness {
     /// The latitude is measured all the time.
     is_positioned: bool,
     model: ModelChoice,
+    #[serde(with = "BigArray")]
     prior: [f64; Whole::N],
     /// Variance of the ship's velocity \[m²/s²\].
     level: [f64; 3],
@@ -194,6 +197,11 @@ impl Witness {
             left_out: LeftOut::default(),
             next_look_s: 0.0,
         })
+    }
+
+    /// See [`WholeFilter::check`].
+    pub(in crate::machines::self_calibration) fn check(&self) -> Result<(), Error> {
+        self.filter.check()
     }
 
     /// Goes over an interval as the judged filter does.

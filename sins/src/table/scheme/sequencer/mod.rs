@@ -7,21 +7,25 @@
 //! the time line does not depend on how long the command travels. A dwell counts from the planned end of the rotation
 //! where the first joint state after it lies within the tolerances, otherwise from the first joint state that does.
 
+mod kept;
 mod settings;
 mod status;
 
 use std::mem;
+
+use serde::{Deserialize, Serialize};
 
 use super::Program;
 use crate::error::Error;
 use crate::table::{JOINT_NAMES, Joint, JointSample, Trajectory};
 use crate::time::{Stamp, seconds_to_nanos};
 
+pub use kept::Snapshot;
 pub use settings::SequencerSettings;
 pub use status::{Command, Refused, RotationStatus, State, Status};
 
 /// A drive of one joint that was commanded.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Leg {
     joint: Joint,
     start: Stamp,
@@ -31,7 +35,7 @@ struct Leg {
     arrived: Option<Stamp>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Phase {
     Idle,
     /// Waiting for both joints to rest, to plan the next drive from where they stand.
@@ -49,7 +53,7 @@ enum Phase {
 }
 
 /// Runs a [`Program`] against the joint states of a table.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sequencer {
     program: Program,
     settings: SequencerSettings,
@@ -67,7 +71,11 @@ pub struct Sequencer {
     last: Option<JointSample>,
     gaps: u64,
     message: String,
+    #[serde(skip)]
     notes: Vec<String>,
+    /// It goes on from a snapshot, and has not seen the table since.
+    #[serde(skip)]
+    woken: bool,
 }
 
 impl Sequencer {
@@ -92,6 +100,7 @@ impl Sequencer {
             gaps: 0,
             message: String::new(),
             notes: Vec::new(),
+            woken: false,
         })
     }
 
@@ -212,6 +221,9 @@ impl Sequencer {
             return None;
         }
         let now = sample.stamp;
+        if mem::take(&mut self.woken) {
+            self.wake(sample);
+        }
         if let Some(last) = self.last.replace(*sample) {
             if now == last.stamp {
                 return None;

@@ -1,10 +1,12 @@
 //! What a sequencer is told: tolerances, times.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::Error;
 use crate::range;
 
 /// What counts as arrived, and how long to wait for it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SequencerSettings {
     /// A joint has arrived within this of its target \[rad\].
     pub position_tolerance_rad: f64,

@@ -377,3 +377,109 @@ fn a_failure_that_the_table_reports_is_a_fault() {
     assert_eq!(bench.sequencer.table_failed("again".to_owned()), None);
     assert_eq!(bench.sequencer.status().message, "blocked");
 }
+
+impl Bench {
+    /// The sequencer is killed; the table goes on by itself, and joint states come again after `seconds`.
+    fn kill(&mut self, seconds: f64) {
+        let kept = postcard::to_allocvec(&self.sequencer.snapshot()).unwrap();
+        let end = self.now.plus_seconds(seconds);
+        while self.now < end {
+            self.now = self.now.plus_nanos(100_000_000);
+            self.table.advance(self.now);
+        }
+        let snapshot: Snapshot = postcard::from_bytes(&kept).unwrap();
+        let (program, settings) = (self.sequencer.program().clone(), self.sequencer.settings);
+        self.sequencer = Sequencer::go_on(&program, settings, snapshot).unwrap();
+    }
+}
+
+/// Killed in a dwell, in a rotation, while a command waits for its start, and over the end of any of them: the scheme goes on
+/// where it stood, and ends when it would have ended, or later by what the gap was longer than the dwell.
+#[test]
+fn a_killed_sequencer_goes_on_where_it_stood() {
+    let scheme = short();
+    let mut end = Bench::new(&scheme, SequencerSettings::default());
+    end.sequencer.start().unwrap();
+    end.run_until(300.0);
+    assert_eq!(end.state(), State::Finished);
+    let commands = end.commands;
+    for (kill_s, gap_s, late_s) in [
+        (30.0, 5.0, 0.0),
+        (47.0, 2.0, 0.0),
+        (47.0, 10.0, 0.0),
+        (38.0, 22.0, 10.0),
+        (60.0, 3.0, 0.0),
+        (60.0, 30.0, 0.0),
+        (60.0, 70.0, 10.0),
+        (30.0, 60.0, 40.0),
+    ] {
+        let mut bench = Bench::new(&scheme, SequencerSettings::default());
+        bench.sequencer.start().unwrap();
+        bench.run_until(kill_s);
+        bench.kill(gap_s);
+        let mut finished = None;
+        while finished.is_none() && bench.now.seconds_since(Stamp::default()) < 400.0 {
+            let next = bench.now.seconds_since(Stamp::default()) + 0.1;
+            bench.run_until(next);
+            assert_ne!(
+                bench.state(),
+                State::Fault,
+                "{:?}",
+                bench.sequencer.status()
+            );
+            if bench.state() == State::Finished {
+                finished = Some(next);
+            }
+        }
+        println!(
+            "{kill_s} {gap_s}: {finished:?}, {} commands",
+            bench.commands
+        );
+        let finished = finished.unwrap();
+        assert!(
+            (finished - 190.0 - late_s).abs() < 2.0,
+            "{kill_s} {gap_s}: {finished}"
+        );
+        assert!(bench.commands <= commands + 1, "{kill_s} {gap_s}");
+    }
+}
+
+/// What waits for a person goes on waiting: a pause stays one, and an end stays one.
+#[test]
+fn a_pause_outlives_a_kill() {
+    let mut bench = Bench::new(&short(), SequencerSettings::default());
+    bench.sequencer.start().unwrap();
+    bench.run_until(30.0);
+    bench.sequencer.pause().unwrap();
+    bench.kill(100.0);
+    bench.run_until(140.0);
+    assert_eq!(bench.state(), State::Paused);
+    bench.sequencer.resume().unwrap();
+    bench.run_until(150.0);
+    assert_eq!(bench.state(), State::Dwelling);
+    let left = bench.sequencer.status().remaining_s.unwrap();
+    bench.sequencer.abort().unwrap();
+    bench.kill(10.0);
+    bench.run_until(170.0);
+    assert_eq!(bench.state(), State::Aborted);
+    assert!(left > 100.0, "{left}");
+}
+
+/// Another scheme, or other steps under the same name, is refused by name.
+#[test]
+fn another_program_is_not_gone_on_with() {
+    let mut bench = Bench::new(&short(), SequencerSettings::default());
+    bench.sequencer.start().unwrap();
+    bench.run_until(30.0);
+    let go_on = |scheme: &Scheme| {
+        let program = scheme.program(Turntable::default()).unwrap();
+        let snapshot = bench.sequencer.snapshot();
+        let told = Sequencer::go_on(&program, SequencerSettings::default(), snapshot);
+        told.unwrap_err().to_string()
+    };
+    let told = go_on(&Scheme::eight_position());
+    assert!(told.contains("eight-position"), "{told}");
+    let mut longer = short();
+    longer.dwell_s = 60.0;
+    assert!(go_on(&longer).contains("other steps"));
+}
