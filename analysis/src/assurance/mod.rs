@@ -1,14 +1,19 @@
 //! How often the judge is wrong: drawn worlds by kind, on all cores.
 
+mod page;
 mod summary;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use sins::machines::self_calibration::ModelChoice;
 use sins::studies::assurance::{KINDS, Kind, Outcome};
 
+pub use page::page;
 pub use summary::{KindRow, Rate, Report, summarize, text};
 
 use crate::Listener;
+
+/// Each of both mistakes may happen in so many of the worlds.
+pub const AT_MOST: f64 = 0.01;
 
 /// What is to be drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

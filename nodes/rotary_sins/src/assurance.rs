@@ -1,5 +1,7 @@
 //! `rotary-sins assurance`: how often a verdict is wrong, over drawn worlds inside the model and outside.
 
+use std::path::PathBuf;
+
 use analysis::assurance::{self, Plan};
 use anyhow::ensure;
 use clap::Args;
@@ -19,6 +21,9 @@ pub struct Options {
     /// Model of the filter that is judged: whole or paper
     #[arg(long, default_value_t = ModelChoice::Whole)]
     model: ModelChoice,
+    /// Page with the figures by kind and a picture
+    #[arg(long, value_name = "FILE.html")]
+    output: Option<PathBuf>,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -47,6 +52,10 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let trials = assurance::run(&plan, &bar);
     drop(bar);
     let report = assurance::summarize(&plan, &trials, &command);
+    if let Some(path) = &options.output {
+        let page = assurance::page(&report, &trials)?;
+        output::file(path, &page.to_html(), None)?;
+    }
     if options.json {
         output::json(&report)?;
     } else {
@@ -54,13 +63,10 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     }
     let good = [report.false_assurance, report.false_alarm]
         .iter()
-        .all(|rate| rate.fraction <= AT_MOST);
+        .all(|rate| rate.fraction <= assurance::AT_MOST);
     Ok(if good {
         Outcome::Reached
     } else {
         Outcome::Missed
     })
 }
-
-/// How often each error may happen.
-const AT_MOST: f64 = 0.01;
