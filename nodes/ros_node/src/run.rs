@@ -49,7 +49,11 @@ where
     match told {
         Ok(arguments) => run_with(arguments, builder, main),
         Err(argument) => {
-            eprintln!("{}: argument {} is no UTF-8", builder.name(), argument.display());
+            eprintln!(
+                "{}: argument {} is no UTF-8",
+                builder.name(),
+                argument.display()
+            );
             ExitCode::from(2)
         }
     }

@@ -88,7 +88,7 @@ fn main() -> ExitCode {
     let mut arguments = match told {
         Ok(arguments) => arguments,
         Err(argument) => {
-            return refused(&format!("argument {argument:?} is no UTF-8"));
+            return refused(&format!("argument {} is no UTF-8", argument.display()));
         }
     };
     let ros_from = arguments

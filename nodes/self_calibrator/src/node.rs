@@ -127,21 +127,22 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                 publishers.publish_calibration(calibration);
             }
             _ = ticks.tick() => {
-                let mut calibrator = shared.lock();
-                calibrator.publishers(samples.publishers());
-                action.take_requests(&mut calibrator);
-                while let Some(message) = joints.try_recv() {
-                    calibrator.joints(&message);
-                }
-                for _ in 0..BATCH {
-                    let Some(message) = samples.try_recv() else { break };
-                    for output in calibrator.imu(&message) {
-                        action.follow(&mut calibrator, &output);
-                        publishers.publish(output);
+                {
+                    let mut calibrator = shared.lock();
+                    calibrator.publishers(samples.publishers());
+                    action.take_requests(&mut calibrator);
+                    while let Some(message) = joints.try_recv() {
+                        calibrator.joints(&message);
                     }
+                    for _ in 0..BATCH {
+                        let Some(message) = samples.try_recv() else { break };
+                        for output in calibrator.imu(&message) {
+                            action.follow(&mut calibrator, &output);
+                            publishers.publish(output);
+                        }
+                    }
+                    publishers.publish_calibration(calibrator.tick());
                 }
-                publishers.publish_calibration(calibrator.tick());
-                drop(calibrator);
                 if let Some(keeper) = &mut keeper {
                     keep_when_due(keeper, &shared).await;
                 }
