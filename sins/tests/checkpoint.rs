@@ -148,7 +148,9 @@ fn keys(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
             }
         }
         serde_json::Value::Array(list) => {
-            list.iter().for_each(|value| keys(value, path, found));
+            for value in list {
+                keys(value, path, found);
+            }
         }
         _ => {}
     }
