@@ -92,8 +92,7 @@ for name, kind in ACTIONS.items():
     )
     spin_until(node, call.done, f"an answer of {name}")
     spin_until(node, lambda: f"{name} feedback" in received, f"feedback of {name}")
-    heard = node.create_publisher(String, f"/heard_in_python/{name}", reliable(1, latched=True))
-    heard.publish(String())
+    # rclpy drops a feedback that comes after the result.
     result = call.result().get_result_async()
     spin_until(node, result.done, f"result of {name}")
     note(received, f"{name} result", result.result().result)

@@ -4,7 +4,6 @@
 use std::any::Any;
 use std::path::Path;
 use std::pin::Pin;
-use std::time::Duration;
 
 use ros_node::{ActionPart, GoalNews, Message, Node, NodeBuilder, Qos};
 use ros2_interfaces::control_msgs::{self, FOLLOW_JOINT_TRAJECTORY};
@@ -18,9 +17,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use suite_tests::{GUARD, Peer, assert_filled, each_distribution, filled};
-
-/// How often a feedback is repeated until it is heard.
-const BEAT: Duration = Duration::from_millis(50);
 
 /// There is no wheel of its package; it is held against rosbags by the tests of the messages.
 const MISSING: &str = "tf2_msgs/msg/TFMessage";
@@ -100,20 +96,9 @@ where
     let client = node
         .action_client::<G, R, F>(&format!("/python/{name}"), kind)
         .unwrap();
-    let mut heard_there = node
-        .subscription::<std_msgs::String>(&format!("/heard_in_python/{name}"), Qos::latched(1))
-        .unwrap();
     let (goal, handle) = server.recv().await.accept();
     book.receive(&format!("{name} goal"), goal);
-    // A feedback may come before the other end is known, and one beside the result after it.
-    let feedback: F = book.send(&format!("{name} feedback"));
-    let mut beat = tokio::time::interval(BEAT);
-    loop {
-        tokio::select! {
-            _ = heard_there.recv() => break,
-            _ = beat.tick() => handle.feedback(feedback.clone()),
-        }
-    }
+    handle.feedback(book.send(&format!("{name} feedback")));
     handle.succeed(&book.send(&format!("{name} result")));
 
     let goal: G = book.send(&format!("{name} goal"));
@@ -207,8 +192,8 @@ async fn exchange(python: &Path) {
         (ends, received)
     };
     // What the peer says comes first: without it nothing here ends well.
-    let peer = async { peer.await.expect("the peer") };
     let (answer, ends) = tokio::join!(peer, tokio::time::timeout(GUARD, ends));
+    let answer = answer.unwrap();
     let ((follow, calibrate, set_bool, trigger), received) =
         ends.expect("both ends of actions and services");
     let mut book = Book::default();
