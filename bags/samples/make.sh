@@ -32,6 +32,11 @@ make paper_experiment --scheme paper-experiment --hours 4 --seed 2
 make elsewhere --scheme eight-position --hours 2 --seed 3 --latitude-deg -33.9 --longitude-deg 18.4 \
     --heading-deg 214 --roll-deg 1.5 --pitch-deg -0.8 \
     --gyroscope-drift-deg-per-hour 0.02,-0.015,0.008 --accelerometer-bias-ug 60,-80,120
+# A good ring laser on a table of its grade, with everything that either has wrong.
+make real_sensor --scheme eight-position --hours 2 --seed 6 --sensor ring-laser
+# A ship that rolls at her mooring, with an antenna that is good to 0.3 m.
+make moored_sea --scheme eight-position --hours 1.5 --seed 7 --latitude-deg 57.7 --longitude-deg 11.9 --heading-deg 75 \
+    --sea-significant-height-m 0.3 --sea-peak-period-s 6 --position-noise-m 0.3
 # As a recorder leaves it that loses its power: the end is missing, and with it the index.
 make cut_off --scheme eight-position --hours 0.5 --seed 4
 truncate --size 300000 cut_off/cut_off_0.mcap

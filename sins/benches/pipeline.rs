@@ -19,10 +19,11 @@ fn simulation() -> Run {
     Run::new(Simulator::new(settings).unwrap(), sequencer, 4.0 * 3600.0)
 }
 
-/// Everything through a machine of this model.
-fn calibrate(ticks: &[Tick], model: ModelChoice) {
+/// Everything through a machine of this model, with the judge's second filter or without it.
+fn calibrate(ticks: &[Tick], model: ModelChoice, witness: bool) {
     let settings = Settings {
         model,
+        witness,
         ..Settings::default()
     };
     let mut machine = SelfCalibration::new(settings).unwrap();
@@ -48,11 +49,17 @@ fn pipeline(criterion: &mut Criterion) {
     let ticks: Vec<Tick> = simulation().map(Result::unwrap).collect();
     let mut group = criterion.benchmark_group("4 h at 100 Hz");
     group.sample_size(10);
+    group.bench_function("thirteen states, no witness", |b| {
+        b.iter(|| calibrate(&ticks, ModelChoice::Paper, false));
+    });
     group.bench_function("thirteen states", |b| {
-        b.iter(|| calibrate(&ticks, ModelChoice::Paper));
+        b.iter(|| calibrate(&ticks, ModelChoice::Paper, true));
+    });
+    group.bench_function("whole model with encoders, no witness", |b| {
+        b.iter(|| calibrate(&ticks, ModelChoice::Whole, false));
     });
     group.bench_function("whole model with encoders", |b| {
-        b.iter(|| calibrate(&ticks, ModelChoice::Whole));
+        b.iter(|| calibrate(&ticks, ModelChoice::Whole, true));
     });
     group.bench_function("simulation", |b| {
         b.iter(|| {

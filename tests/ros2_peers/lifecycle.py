@@ -10,7 +10,7 @@ import time
 import rclpy
 from lifecycle_msgs.msg import Transition, TransitionEvent
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
-from peer import answer, call, message_type, plain, reliable
+from peer import answer, call, message_type, plain, reliable, spin_until
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode
 
@@ -42,6 +42,10 @@ def spin(seconds):
         executor.spin_once(timeout_sec=0.05)
 
 
+def wait(condition, what):
+    spin_until(node, condition, what, lambda: executor.spin_once(timeout_sec=0.05))
+
+
 received = []
 events = []
 node.create_subscription(message_type(type_name), topic, received.append, reliable())
@@ -53,11 +57,16 @@ node.create_subscription(
 )
 
 
-def stand(name):
-    """What holds in this state; messages on their way when it began are not counted."""
+def stand(name, speaks=False, publishers=None):
+    """What holds in this state; messages on their way when it began are not counted. What speaks is waited for."""
+    if publishers is not None:
+        wait(lambda: node.count_publishers(topic) == publishers, f"{name}: {publishers} publishers")
     spin(1.0)
     before = len(received)
-    spin(1.0)
+    if speaks:
+        wait(lambda: len(received) > before + 25, f"{name}: messages")
+    else:
+        spin(1.0)
     return {
         "asked": name,
         "state": state(),
@@ -78,17 +87,19 @@ begin = stand("nothing")
 refused = change(Transition.TRANSITION_ACTIVATE)
 graphs = {"ours": graph(target), "reference": graph("reference")}
 steps = [begin]
-for identifier, label in [
-    (Transition.TRANSITION_CONFIGURE, ""),
-    (Transition.TRANSITION_ACTIVATE, ""),
-    (Transition.TRANSITION_DEACTIVATE, ""),
-    (Transition.TRANSITION_CLEANUP, ""),
-    (0, "configure"),
-    (0, "activate"),
-    (0, "shutdown"),
+for identifier, label, speaks, publishers in [
+    (Transition.TRANSITION_CONFIGURE, "", False, 1),
+    (Transition.TRANSITION_ACTIVATE, "", True, 1),
+    (Transition.TRANSITION_DEACTIVATE, "", False, None),
+    (Transition.TRANSITION_CLEANUP, "", False, None),
+    (0, "configure", False, None),
+    (0, "activate", True, None),
+    (0, "shutdown", False, None),
 ]:
     if not change(identifier, label):
         sys.exit(f"transition {identifier} '{label}' failed from {state()}")
-    steps.append(stand(label or str(identifier)))
+    steps.append(stand(label or str(identifier), speaks, publishers))
+# Two of each transition.
+wait(lambda: len(events) >= 2 * (len(steps) - 1), "all events")
 answer({"refused": refused, "graphs": graphs, "steps": steps, "events": events})
 rclpy.shutdown()

@@ -1,6 +1,6 @@
-"""Reads topics: observe.py NAME TYPE COUNT [NAME TYPE COUNT ...]
+"""Reads topics: observe.py NAME TYPE COUNT [NAME TYPE COUNT ...] [-- NAME ...]
 
-Waits for COUNT messages of each; answers with the first and the last of them and with the graph as rclpy sees it.
+Waits for COUNT messages of each, and until the graph shows the nodes and topics behind `--`; answers with the first and the last of them and with the graph as rclpy sees it.
 A COUNT that ends in `L` asks for the latched messages, transient local; one that ends in `B` for best effort.
 """
 
@@ -14,6 +14,10 @@ node = rclpy.create_node("observer")
 wanted = {}
 received = {}
 arguments = sys.argv[1:]
+expected = []
+if "--" in arguments:
+    at = arguments.index("--")
+    arguments, expected = arguments[:at], arguments[at + 1 :]
 for name, type_name, count in zip(arguments[0::3], arguments[1::3], arguments[2::3]):
     wanted[name] = int(count.rstrip("LB"))
     received[name] = []
@@ -24,9 +28,23 @@ spin_until(
     lambda: all(len(received[name]) >= count for name, count in wanted.items()),
     f"{wanted} messages",
 )
+
+
+def nodes():
+    return sorted(f"{space.rstrip('/')}/{name}" for name, space in node.get_node_names_and_namespaces())
+
+
+def missing():
+    """What the graph does not show yet. It learns of endpoints, of nodes, and which is whose, each by itself."""
+    there = {*nodes(), *dict(node.get_topic_names_and_types())}
+    publishers = [info.node_name for name in wanted for info in node.get_publishers_info_by_topic(name)]
+    return set(expected) - there or {name for name in publishers if "UNKNOWN" in name}
+
+
+spin_until(node, lambda: not missing(), f"{expected} and whose publishers are in the graph")
 answer(
     {
-        "nodes": sorted(f"{space.rstrip('/')}/{name}" for name, space in node.get_node_names_and_namespaces()),
+        "nodes": nodes(),
         "topics": dict(node.get_topic_names_and_types()),
         "services": dict(node.get_service_names_and_types()),
         "publishers": {

@@ -30,6 +30,16 @@ impl Simulation {
         }
     }
 
+    /// 12 minutes at rest, 10 Hz: enough to align, too little to calibrate.
+    pub fn at_rest() -> Self {
+        Self::new("static", 0.2, 10.0, 3)
+    }
+
+    /// An hour and a half of the eight positions, 10 Hz, which converges after about an hour.
+    pub fn converging() -> Self {
+        Self::new("eight-position", 1.5, 10.0, 3)
+    }
+
     /// The bag, made where it is not there yet. A new executable makes all bags anew.
     pub fn bag(&self) -> PathBuf {
         let [hours, rate, seed] =

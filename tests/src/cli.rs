@@ -1,5 +1,6 @@
 //! The command line, run to its end.
 
+use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
@@ -26,6 +27,16 @@ pub fn rotary_sins<S: AsRef<str>>(arguments: &[S]) -> Answer {
         });
     let output = program.command().output().unwrap();
     Answer::from(output)
+}
+
+/// `rotary-sins calibrate BAG --json`.
+pub fn calibrate(bag: &Path) -> Answer {
+    rotary_sins(&["calibrate", text(bag), "--json"])
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
 }
 
 impl From<Output> for Answer {

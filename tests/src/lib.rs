@@ -18,6 +18,7 @@ mod chromium;
 mod cli;
 mod executables;
 mod filled;
+mod held_file;
 mod isolation;
 mod listener;
 mod peers;
@@ -31,9 +32,10 @@ mod tolerance;
 
 pub use bag_cache::{Simulation, copy_bag, mcap_of, scratch};
 pub use chromium::{chromium, look_at};
-pub use cli::{Answer, rotary_sins};
+pub use cli::{Answer, calibrate, rotary_sins, text};
 pub use executables::{EXECUTABLES, executable, repository, target_directory};
 pub use filled::{assert_filled, filled};
+pub use held_file::hold_file;
 pub use isolation::{isolated, namespaces_are_permitted};
 pub use listener::{GUARD, Heard, Listener};
 pub use peers::{Peer, data_file, peer_python};
@@ -43,4 +45,4 @@ pub use recording::{alter, alter_imu, estimates, messages, within_namespace, wit
 pub use samples::{BAD_SAMPLES, GOOD_SAMPLES, sample, samples, truth_of_sample};
 pub use scene::Scene;
 pub use skipping::skip;
-pub use tolerance::{assert_within_sigmas, vector};
+pub use tolerance::{assert_within_sigmas, number, numbers, vector};

@@ -8,7 +8,13 @@ use serde_json::Value;
 use crate::executables::repository;
 
 /// Whole ones, each of which converges.
-pub const GOOD_SAMPLES: [&str; 3] = ["eight_position", "paper_experiment", "elsewhere"];
+pub const GOOD_SAMPLES: [&str; 5] = [
+    "eight_position",
+    "paper_experiment",
+    "elsewhere",
+    "real_sensor",
+    "moored_sea",
+];
 /// One that was cut off, and one with a damaged chunk.
 pub const BAD_SAMPLES: [&str; 2] = ["cut_off", "damaged_chunk"];
 

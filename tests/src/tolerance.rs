@@ -2,18 +2,25 @@
 
 use serde_json::Value;
 
+/// A number of JSON.
+pub fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
+}
+
 /// The numbers of a JSON array.
-pub fn vector(json: &Value, key: &str) -> Vec<f64> {
-    json[key]
+pub fn numbers(array: &Value) -> Vec<f64> {
+    let values = array
         .as_array()
-        .unwrap_or_else(|| panic!("no array '{key}' in {json}"))
-        .iter()
-        .map(|value| {
-            value
-                .as_f64()
-                .unwrap_or_else(|| panic!("'{key}' holds {value}"))
-        })
-        .collect()
+        .unwrap_or_else(|| panic!("{array} is no array"));
+    values.iter().map(number).collect()
+}
+
+/// The numbers of a JSON array, by its key.
+pub fn vector(json: &Value, key: &str) -> Vec<f64> {
+    assert!(json[key].is_array(), "no array '{key}' in {json}");
+    numbers(&json[key])
 }
 
 /// Fails unless each estimate lies within `limit` of its own sigmas from the truth.

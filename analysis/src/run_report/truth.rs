@@ -19,6 +19,9 @@ const WAITING: usize = 256;
 const NEAR_NS: u64 = 500_000_000;
 /// Joints that differ by less are at rest \[rad\].
 const REST_RAD: f64 = 1e-6;
+/// A block that turns by this much more than its joints is carried by a ship that moves \[rad\]. Encoders and table are good to
+/// less.
+const CARRIED_RAD: f64 = 3e-4;
 
 /// True attitude and errors.
 pub struct Truth {
@@ -29,6 +32,8 @@ pub struct Truth {
     first_joints: Option<[f64; 2]>,
     joints: VecDeque<(Stamp, [f64; 2])>,
     poses: VecDeque<(Stamp, UnitQuaternion<f64>, [f64; 3])>,
+    /// The ship turns too: her attitude is known at the times of her true poses alone.
+    ship_moves: bool,
     waiting: VecDeque<(Stamp, UnitQuaternion<f64>)>,
     errors: Thinned<[f64; 3]>,
     last_error: Option<(Stamp, [f64; 3])>,
@@ -43,6 +48,7 @@ impl Truth {
             first_joints: None,
             joints: VecDeque::new(),
             poses: VecDeque::new(),
+            ship_moves: false,
             waiting: VecDeque::new(),
             errors: Thinned::new(POINTS),
             last_error: None,
@@ -84,6 +90,12 @@ impl Truth {
 
     /// Takes a true pose of the block.
     pub fn take_pose(&mut self, stamp: Stamp, attitude: UnitQuaternion<f64>, place: [f64; 3]) {
+        // Of the two before, the joints have come.
+        if !self.ship_moves && self.is_carried() {
+            self.ship_moves = true;
+            self.errors = Thinned::new(POINTS);
+            self.last_error = None;
+        }
         push_bounded(&mut self.poses, (stamp, attitude, place), POSES);
         if self.joints.is_empty() {
             self.catch_up(stamp);
@@ -116,11 +128,33 @@ impl Truth {
         }
     }
 
-    /// The true attitude of the block: its pose of this very time; else the ship's with the joints of this time, or with
-    /// those before and after it, where they rest.
+    /// Whether between the last two poses the block turned by more than its joints did.
+    fn is_carried(&self) -> bool {
+        let mut newest = self.poses.iter().rev();
+        let (Some(last), Some(before)) = (newest.next(), newest.next()) else {
+            return false;
+        };
+        let joints = |time: Stamp| {
+            let at = self.joints.partition_point(|reading| reading.0 < time);
+            self.joints.get(at).filter(|reading| reading.0 == time)
+        };
+        let (Some(there), Some(here)) = (joints(last.0), joints(before.0)) else {
+            return false;
+        };
+        let by_joints: f64 = (there.1.iter().zip(here.1))
+            .map(|(a, b)| (a - b).abs())
+            .sum();
+        last.1.angle_to(&before.1) > by_joints + CARRIED_RAD
+    }
+
+    /// The true attitude of the block: its pose of this very time; else, of a ship that rests, hers with the joints of this
+    /// time, or with those before and after it, where they rest.
     fn block_at(&self, stamp: Stamp) -> Option<UnitQuaternion<f64>> {
         if let Some(pose) = self.poses.iter().rev().find(|pose| pose.0 == stamp) {
             return Some(pose.1);
+        }
+        if self.ship_moves {
+            return None;
         }
         let after = self.joints.partition_point(|reading| reading.0 < stamp);
         let (time, angles) = *self.joints.get(after)?;
@@ -221,6 +255,37 @@ mod tests {
         truth.take_estimate(at(6), found([0.4, 0.0]));
         assert_eq!(truth.error_at(at(6)), None);
         truth.take_estimate(at(9), found([0.5, 0.0]));
+        assert_found(&truth, 9);
+    }
+
+    /// The joints of a ship that moves say nothing of her: only a true pose of the very time does.
+    #[test]
+    fn a_ship_that_moves_is_where_her_poses_are() {
+        let mut truth = truth();
+        for time in 1..=3 {
+            let angles = [0.1 * time as f64, 0.0];
+            truth.take_joints(at(time), angles);
+            let block = ship() * Turntable::default().attitude(angles);
+            truth.take_pose(at(time), block, [0.0; 3]);
+        }
+        truth.take_joints(at(4), [0.3, 0.0]);
+        truth.take_estimate(at(4), found([0.3, 0.0]));
+        assert_found(&truth, 4);
+        let rolled = UnitQuaternion::from_euler_angles(0.01, 0.0, 0.0) * ship();
+        for time in 5..=6 {
+            truth.take_joints(at(time), [0.3, 0.0]);
+            let block = if time == 5 { rolled } else { ship() };
+            let pose = block * Turntable::default().attitude([0.3, 0.0]);
+            truth.take_pose(at(time), pose, [0.0; 3]);
+        }
+        truth.take_pose(at(7), ship(), [0.0; 3]);
+        truth.take_joints(at(8), [0.3, 0.0]);
+        truth.take_estimate(at(8), found([0.3, 0.0]));
+        assert_eq!(truth.error_at(at(8)), None);
+        assert!(truth.errors().is_empty());
+        truth.take_pose(at(9), ship(), [0.0; 3]);
+        truth.take_joints(at(9), [0.0; 2]);
+        truth.take_estimate(at(9), found([0.0; 2]));
         assert_found(&truth, 9);
     }
 

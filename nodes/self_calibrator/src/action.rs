@@ -165,13 +165,15 @@ fn nonsense(goal: &Goal) -> Option<String> {
 
 /// The goal's thresholds, and the node's where the goal has none.
 fn thresholds(goal: &Goal, own: Thresholds) -> Thresholds {
-    // Zero and below leave the node's.
-    let level = goal.level_threshold.max(0.0);
-    let asked = Thresholds::new(
-        [level, level, goal.azimuth_threshold.max(0.0)],
-        [goal.accelerometer_bias_threshold.max(0.0); 3],
-        [goal.gyroscope_drift_threshold.max(0.0); 3],
-    );
+    // Of a goal a negative one asks nothing; of the parameters it would be an error.
+    let [level, azimuth, bias, drift] = [
+        goal.level_threshold,
+        goal.azimuth_threshold,
+        goal.accelerometer_bias_threshold,
+        goal.gyroscope_drift_threshold,
+    ]
+    .map(|threshold| threshold.max(0.0));
+    let asked = Thresholds::new([level, level, azimuth], [bias; 3], [drift; 3]);
     own.replaced_by(&asked)
 }
 

@@ -1,30 +1,27 @@
 //! The machine with its inputs and outputs as messages. No DDS in here: what the node task receives is put in, what comes
 //! out is to be published.
 
+mod aiding;
+mod events;
+mod reports;
+
 use std::path::Path;
 use std::time::Duration;
 
-use imu_input::{Publishers, samples_report};
-use ros_node::{InputWatch, Level, Report, StreamMonitor};
-use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
-use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
+use imu_input::Publishers;
+use ros_node::{InputWatch, StreamMonitor};
+use ros2_interfaces::sensor_msgs::Imu;
 use ros2_interfaces::std_srvs::TriggerResponse;
-use rotary_sins_msgs::convert::{
-    FromMessage, fix_from_message, stamp_from_time, velocity_from_twist,
-};
+use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
 use rotary_sins_msgs::interfaces::topics;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
-use sins::machines::self_calibration::{
-    Estimate, Event, Phase, Reference, SelfCalibration, Settings, Thresholds,
-};
+use sins::machines::self_calibration::{Estimate, Phase, SelfCalibration, Settings, Thresholds};
 use sins::sensor::sample::ImuSample;
-use sins::table::JointSample;
 use sins::time::seconds_to_nanos;
-use sins::units::ARC_SECOND;
 use sins::{Error, Stamp};
 
 use crate::kept::Waking;
-use crate::{phase, storage, translation};
+use crate::{storage, translation};
 
 /// What is to be published.
 #[derive(Debug, Default)]
@@ -64,7 +61,8 @@ pub struct Calibrator {
     pub(crate) phase: Phase,
     /// Why the last alignment failed, until one succeeds.
     problem: Option<String>,
-    noise_told: bool,
+    /// The samples do not say how noisy they are, nor do the parameters. None before the first sample.
+    noise_is_assumed: Option<bool>,
     pub(crate) converged_published: bool,
     scheme_status: Option<SchemeStatus>,
     /// The scheme has finished at this time; the calibration for it is due.
@@ -101,7 +99,7 @@ impl Calibrator {
             good: None,
             own_thresholds: settings.thresholds.clone(),
             problem: None,
-            noise_told: false,
+            noise_is_assumed: None,
             converged_published: false,
             scheme_status: None,
             finish: None,
@@ -109,47 +107,6 @@ impl Calibrator {
             hurries: false,
             kept: None,
         })
-    }
-
-    /// A position of the ship.
-    pub fn fix(&mut self, fix: &NavSatFix) {
-        self.inputs.fix.arrived(1);
-        if let Some((kind, reason)) = translation::refusal(fix) {
-            self.inputs.fix.refuse(kind, reason);
-        } else if let Some(fix) = fix_from_message(fix)
-            && let Err(error) = self.machine.push_fix(fix)
-        {
-            self.inputs.fix.refuse("off the globe", error);
-        }
-        self.follow_phase();
-    }
-
-    /// A reading of the joints.
-    pub fn joints(&mut self, joints: &JointState) {
-        self.inputs.joints.arrived(1);
-        match JointSample::from_message(joints) {
-            Ok(sample) => {
-                if let Some(waking) = &mut self.waking {
-                    waking.joints(sample);
-                }
-                if let Err(error) = self.machine.push_joints(sample) {
-                    self.inputs.joints.refuse("not finite", error);
-                }
-            }
-            Err(error) => self.inputs.joints.refuse("other joints", error),
-        }
-    }
-
-    /// A velocity of the ship.
-    pub fn velocity(&mut self, velocity: &TwistWithCovarianceStamped) {
-        self.inputs.velocity.arrived(1);
-        let measurement = velocity_from_twist(velocity);
-        if let Err(error) = self
-            .machine
-            .push_velocity(stamp_from_time(velocity.header.stamp), measurement)
-        {
-            self.inputs.velocity.refuse("unusable", error);
-        }
     }
 
     /// The nodes that publish on the topic of the samples.
@@ -171,7 +128,7 @@ impl Calibrator {
         if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
             self.frame_id.clone_from(&imu.header.frame_id);
         }
-        self.tell_assumed_noise(&sample);
+        self.look_at_noise(&sample);
         if self.waking.is_some() {
             self.wake(&sample);
         } else {
@@ -185,53 +142,6 @@ impl Calibrator {
             outputs.extend(self.progress(sample.stamp));
         }
         outputs
-    }
-
-    /// What happened in the machine, and what it gives to publish.
-    fn follow(&mut self, event: Event) -> Option<Output> {
-        match event {
-            Event::Estimate(estimate) => return Some(self.take(*estimate)),
-            Event::PhaseChanged { .. } => self.follow_phase(),
-            Event::Refused(refused) => {
-                let stamp = refused.stamp.nanos();
-                let reason = format!("sample at {stamp} ns: {}", refused.why);
-                self.inputs.imu.refuse(refused.why.name(), reason);
-            }
-            Event::Restarted {
-                stamp,
-                cause,
-                sensors_kept,
-            } => {
-                let kept = if sensors_kept {
-                    "; what is known of the sensors is kept"
-                } else {
-                    ""
-                };
-                let stamp = stamp.nanos();
-                tracing::error!(
-                    "{}: {cause} at {stamp} ns: alignment starts anew{kept}",
-                    topics::IMU_DATA_RAW.name
-                );
-                self.forget();
-            }
-            Event::HoleCrossed {
-                stamp,
-                seconds,
-                sigma_rad,
-                ..
-            } => tracing::warn!(
-                "{}: a hole of {seconds:.3} s up to {} ns; the attitude is less certain by {:.1} arcsec",
-                topics::IMU_DATA_RAW.name,
-                stamp.nanos(),
-                sigma_rad / ARC_SECOND
-            ),
-            Event::AlignmentFailed { reason, .. } => {
-                tracing::error!("{}: {reason}", topics::IMU_DATA_RAW.name);
-                self.problem = Some(reason);
-                self.forget();
-            }
-        }
-        None
     }
 
     /// What the scheme reports. A calibration is due when it has finished and the samples have come as far.
@@ -449,140 +359,7 @@ impl Calibrator {
         self.next_progress = None;
         self.follow_phase();
     }
-
-    /// Logs a change of phase, once, with its reason.
-    fn follow_phase(&mut self) {
-        if self.waking.is_some() {
-            return;
-        }
-        let now = self.machine.phase();
-        let before = std::mem::replace(&mut self.phase, now);
-        if before == now {
-            return;
-        }
-        self.hurries = true;
-        let why = phase::reason(before, now, self.latest.as_ref(), self.machine.settings());
-        let (from, to) = (before.name(), now.name());
-        if now == Phase::Inconsistent {
-            tracing::warn!("phase {from} -> {to}: {why}");
-        } else {
-            tracing::info!("phase {from} -> {to}: {why}");
-        }
-    }
-
-    fn tell_assumed_noise(&mut self, sample: &ImuSample) {
-        if self.noise_told {
-            return;
-        }
-        self.noise_told = true;
-        let known = |v: &nalgebra::Vector3<f64>| v.iter().all(|x| *x > 0.0);
-        if self.machine.settings().noise.is_none()
-            && !(known(&sample.angular_rate_variance) && known(&sample.specific_force_variance))
-        {
-            tracing::warn!(
-                "{}: the covariances are not filled in; 0.001 deg/sqrt(h) and 10 ug/sqrt(Hz) are assumed (parameters \
-                 angle_random_walk_deg_per_sqrt_hour and velocity_random_walk_ug_per_sqrt_hz tell better)",
-                topics::IMU_DATA_RAW.name
-            );
-        }
-    }
-
-    /// How the samples come.
-    pub fn imu_report(&self) -> Report {
-        let samples = self.machine.samples();
-        samples_report(
-            &self.inputs.imu,
-            &self.imu_stamps,
-            samples.counts,
-            &self.publishers,
-        )
-    }
-
-    /// How the joint states come.
-    pub fn joints_report(&self) -> Report {
-        self.inputs.joints.report()
-    }
-
-    /// How the position comes; once it is known, silence is no fault.
-    pub fn fix_report(&self) -> Report {
-        if self.phase == Phase::WaitingForPosition {
-            return self.inputs.fix.report();
-        }
-        quiet_report(&self.inputs.fix)
-    }
-
-    /// How the measured velocity comes, where it is asked for.
-    pub fn velocity_report(&self) -> Report {
-        let Reference::Measured { .. } = self.machine.settings().reference else {
-            return Report::ok("not asked for: the ship is moored");
-        };
-        let missing = self.machine.samples().missing_velocities;
-        self.inputs
-            .velocity
-            .report()
-            .with("missing velocities", missing)
-    }
-
-    /// Whether the state is kept.
-    pub fn checkpoint_report(&self) -> Report {
-        let Some((written, problem)) = &self.kept else {
-            return Report::ok("off");
-        };
-        let report = Report::ok(format!("written {written} times")).with("written", written);
-        match problem {
-            Some(problem) => report.worsened(Level::Error, problem),
-            None => report,
-        }
-    }
-
-    /// Where self-calibration stands.
-    pub fn estimate_report(&self) -> Report {
-        let mut report =
-            Report::ok(format!("phase {}", self.phase.name())).with("phase", self.phase.name());
-        if let Some(problem) = &self.problem {
-            report = report.worsened(Level::Error, problem);
-        }
-        let Some(latest) = &self.latest else {
-            return report.with(
-                "coarse alignment [%]",
-                format!("{:.0}", 100.0 * self.machine.coarse_progress()),
-            );
-        };
-        let innovations = latest.innovations;
-        report = report
-            .with("duration [s]", format!("{:.3}", latest.duration_s))
-            .with("NIS", format!("{:.3}", innovations.last))
-            .with("NIS mean", format!("{:.4}", innovations.window_mean))
-            .with("NIS bound", format!("{:.4}", innovations.window_bound))
-            .with("NIS failures", innovations.failures);
-        if let Some(doubt) = latest.axes_doubt() {
-            report = report.worsened(Level::Warn, &doubt);
-        }
-        let verdict = latest.verdict(self.machine.settings());
-        for (name, reason) in ["reason", "second reason", "third reason"]
-            .into_iter()
-            .zip(&verdict.reasons)
-        {
-            report = report.with(name, reason);
-        }
-        if self.phase == Phase::Inconsistent {
-            let why = phase::reason(
-                Phase::Calibrating,
-                self.phase,
-                Some(latest),
-                self.machine.settings(),
-            );
-            report = report.worsened(Level::Warn, &why);
-        }
-        report
-    }
-}
-
-/// How an input is whose silence is no fault.
-fn quiet_report(watch: &InputWatch) -> Report {
-    Report::ok(format!("{} messages", watch.received())).with("refused", watch.refused())
 }
 
 #[cfg(test)]
-#[path = "calibrator_tests.rs"]
 mod tests;

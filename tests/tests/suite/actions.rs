@@ -3,10 +3,13 @@
 
 use std::path::Path;
 
+use ros_node::Qos;
 use ros2_interfaces::control_msgs::FollowJointTrajectoryResult as Outcome;
 use rotary_sins_msgs::SchemeStatus;
 use serde_json::{Value, json};
-use suite_tests::{Peer, Program, Scene, each_distribution, isolated, messages, wait_until};
+use suite_tests::{
+    Listener, Peer, Program, Scene, each_distribution, isolated, numbers, wait_until,
+};
 
 /// Of action_msgs/msg/GoalStatus.
 const UNKNOWN: i64 = 0;
@@ -34,11 +37,6 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key]
         .as_str()
         .unwrap_or_else(|| panic!("no text '{key}' in {value}"))
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    let numbers = value.as_array().unwrap_or_else(|| panic!("{value}"));
-    numbers.iter().map(|n| n.as_f64().unwrap()).collect()
 }
 
 /// Status, error code and a part of the text of a motion.
@@ -241,7 +239,8 @@ fn sequencer_and_simulator_by_action() {
         let table = simulator("20.0").remap("turntable/follow_joint_trajectory", name);
 
         let mut scene = Scene::new("action_own");
-        let recording = scene.record("recording", &["/scheme/status"]);
+        let listener = Listener::new();
+        let statuses = listener.hear::<SchemeStatus>("/scheme/status", Qos::latched(10));
         let mut sequencing = scene.start_apart(&sequencer);
         let mut moving = scene.start_apart(&table);
         for arrival in 1..=2 {
@@ -251,15 +250,10 @@ fn sequencer_and_simulator_by_action() {
         }
         moving.interrupt();
         sequencing.interrupt();
+        statuses.wait_for("the second rotation is over", |status| status.step >= 2);
         scene.end();
-        let statuses: Vec<SchemeStatus> = messages(&recording, "/scheme/status");
-        let last = statuses.last().unwrap();
-        assert!(last.step >= 2, "{last:?}");
-        assert!(
-            statuses
-                .iter()
-                .all(|status| status.state != SchemeStatus::FAULT)
-        );
+        let is_fault = |status: &SchemeStatus| status.state == SchemeStatus::FAULT;
+        assert!(!statuses.all().iter().any(is_fault), "{statuses:?}");
 
         let mut scene = Scene::new("action_stuck");
         let mut sequencing = scene.start_apart(&sequencer);

@@ -2,14 +2,14 @@
 
 use std::fs;
 use std::os::unix::fs::FileTypeExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
 use serde_json::Value;
 use suite_tests::{
-    Answer, Program, Simulation, alter, alter_imu, copy_bag, executable, isolated, mcap_of,
-    rotary_sins, sample, scratch, without_topic,
+    Answer, Program, Simulation, alter, alter_imu, calibrate, executable, isolated, mcap_of,
+    rotary_sins, sample, scratch, text, without_topic,
 };
 
 const IMU: &str = "/imu/data_raw";
@@ -17,17 +17,8 @@ const IMU: &str = "/imu/data_raw";
 const STANDARD_GRAVITY: f64 = 9.806_65;
 const RATE_HZ: usize = 10;
 
-/// 12 minutes at rest: enough to align, too little to calibrate.
 fn at_rest() -> PathBuf {
-    Simulation::new("static", 0.2, RATE_HZ as f64, 3).bag()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-fn calibrate(bag: &Path) -> Answer {
-    rotary_sins(&["calibrate", text(bag), "--json"])
+    Simulation::at_rest().bag()
 }
 
 /// A faulty copy of the bag at rest.
@@ -39,33 +30,6 @@ fn altered(test: &str, change: impl FnMut(usize, &mut Imu)) -> PathBuf {
 
 fn shift(imu: &mut Imu, seconds: i32) {
     imu.header.stamp.sec += seconds;
-}
-
-/// A bag that was cut off is read as far as it goes, and a line says where it ends.
-#[test]
-fn truncated_bag_is_read_to_its_end() {
-    let bag = scratch("truncated").join("truncated.mcap");
-    copy_bag(&at_rest(), &bag, |bytes| {
-        bytes.truncate(bytes.len() * 2 / 3);
-    });
-    let answer = calibrate(&bag).expect_status(1);
-    answer.expect_words(&["truncated.mcap", "ends at byte"]);
-    let duration = answer.json()["duration_s"].as_f64().unwrap();
-    assert!(duration > 300.0 && duration < 700.0, "{duration} s");
-}
-
-/// A chunk with a broken byte is left out, a line says which, and the result says that samples are missing.
-#[test]
-fn corrupted_chunk_is_left_out() {
-    let bag = scratch("corrupted").join("corrupted.mcap");
-    copy_bag(&at_rest(), &bag, |bytes| {
-        // Inside the second of four chunks; an index of messages follows each.
-        let at = bytes.len() * 2 / 5;
-        bytes[at] ^= 0xff;
-    });
-    let answer = calibrate(&bag).expect_status(1);
-    answer.expect_words(&["corrupted.mcap", "chunk at byte", "left out"]);
-    assert_ne!(answer.json()["gaps"], 0);
 }
 
 /// A file that is no bag is refused by name.

@@ -7,13 +7,15 @@ use ros2_interfaces::RosMessage;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 use rotary_sins_msgs::Calibration;
 use serde_json::{Value, json};
-use suite_tests::{Answer, Peer, Simulation, messages, peer_python, rotary_sins, scratch};
+use suite_tests::{
+    Peer, Simulation, calibrate, messages, number, peer_python, rotary_sins, scratch,
+};
 
 /// Messages of each topic that are compared field by field.
 const COMPARED: usize = 200;
 
 fn at_rest() -> PathBuf {
-    Simulation::new("static", 0.2, 10.0, 3).bag()
+    Simulation::at_rest().bag()
 }
 
 fn assert_same_messages<M: RosMessage>(bag: &Path, topic: &str, read: &Value) {
@@ -67,10 +69,6 @@ fn bag_of_another_library_is_calibrated_alike() {
         .ask();
     assert!(written.as_u64().unwrap() > 7200, "{written} messages");
     assert_same_calibration("rosbags", &calibrated(&ours), &calibrated(&theirs));
-}
-
-fn calibrate(bag: &Path) -> Answer {
-    rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"])
 }
 
 /// A bag at rest is calibrated, but cannot converge.
@@ -162,10 +160,6 @@ fn sqlite_is_refused_with_the_way_out() {
     calibrate(&file).expect_refusal(&["bag.db3", "SQLite", "ros2 bag convert"]);
 }
 
-fn number(json: &Value, key: &str) -> f64 {
-    json[key].as_f64().unwrap()
-}
-
 /// The same stream from another driver: another name, other topics beside, stamps that are off by up to a fifth of an interval, a
 /// second of it missing. Topic and rate are found out; the gap is counted; and the result is that of the good bag within what the
 /// faults can do: at rest, weights of single samples that are off by up to 20 % (12 % rms) move the mean by that part of its own
@@ -189,14 +183,14 @@ fn another_driver_gives_the_same_result() {
         }
         let theirs = calibrated(&theirs);
         assert_eq!(theirs["gaps"], 1, "{rate} Hz");
-        let lost = number(&theirs, "lost_samples");
+        let lost = number(&theirs["lost_samples"]);
         // The interval that it is counted by is known from stamps that are off.
         assert!((lost / rate - 1.0).abs() < 0.1, "{rate} Hz: {lost} lost");
-        let samples = number(&ours, "samples") - number(&theirs, "samples");
+        let samples = number(&ours["samples"]) - number(&theirs["samples"]);
         assert!((samples - rate).abs() <= 1.0, "{rate} Hz: {samples} fewer");
         for angle in ["heading_deg", "roll_deg", "pitch_deg"] {
-            let off = (number(&theirs, angle) - number(&ours, angle))
-                / number(&ours, &format!("{angle}_std"));
+            let off = (number(&theirs[angle]) - number(&ours[angle]))
+                / number(&ours[format!("{angle}_std")]);
             println!("{rate} Hz: {angle} is off by {off:.4} sigma");
             assert!(off.abs() < 0.5, "{rate} Hz: {angle} is off by {off} sigma");
         }

@@ -40,7 +40,7 @@ fn started_in_reverse_order_the_scheme_runs() {
         let mut simulator = scene.start_apart(&simulator().parameter("duration_s", &duration));
         let status = simulator.wait();
         assert!(status.success(), "imu_simulator: {status}");
-        let start = truth.all()[0].header.stamp.nanos();
+        let start = truth.wait_for("the truth", |_| true).header.stamp.nanos();
         let last = estimates.wait_for("the estimate of the end", |estimate| {
             (estimate.header.stamp.nanos() - start) as f64 >= (RUN_S - 2.0) * 1e9
         });
@@ -49,11 +49,13 @@ fn started_in_reverse_order_the_scheme_runs() {
         });
         scene.end();
 
+        // It was in its second dwell when it was told to end.
+        let status = statuses.wait_for("the end of the scheme", |status| {
+            status.state == SchemeStatus::ABORTED
+        });
+        assert_eq!(status.step, 1);
         let states: Vec<u8> = statuses.all().iter().map(|status| status.state).collect();
         assert!(states.contains(&SchemeStatus::ROTATING), "{states:?}");
-        // It was in its second dwell when it was told to end.
-        let status = statuses.all().pop().unwrap();
-        assert_eq!((status.state, status.step), (SchemeStatus::ABORTED, 1));
         assert_eq!(last.phase_name, "calibrating");
         assert_eq!((last.gaps, last.lost_samples), (0, 0));
     });

@@ -3,31 +3,11 @@
 //! A changed result fails here. Where the change is meant, `ROTARY_SINS_UPDATE_GOLDEN=1 cargo test --release -p suite_tests
 //! golden` writes the new summaries, and the commit shows what moved.
 
-use std::fs;
+use suite_tests::{Simulation, hold_file, rotary_sins, scratch};
 
-use suite_tests::{Simulation, repository, rotary_sins, scratch};
-
-/// Fails at the first line that is not as it stands in the repository.
 fn hold(name: &str, text: &str) {
-    let path = repository().join("tests/golden").join(name);
-    if std::env::var_os("ROTARY_SINS_UPDATE_GOLDEN").is_some() {
-        fs::write(&path, text).unwrap();
-        return;
-    }
-    let golden = fs::read_to_string(&path).unwrap_or_default();
-    for (number, (now, then)) in text.lines().zip(golden.lines()).enumerate() {
-        assert_eq!(
-            now,
-            then,
-            "{name} line {}: now (left) is not as in the repository (right)",
-            number + 1
-        );
-    }
-    assert_eq!(
-        text.lines().count(),
-        golden.lines().count(),
-        "lines of {name}"
-    );
+    let path = format!("tests/golden/{name}");
+    hold_file(&path, text, "ROTARY_SINS_UPDATE_GOLDEN");
 }
 
 #[test]

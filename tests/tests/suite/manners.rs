@@ -7,8 +7,8 @@ use ros_node::Qos;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use serde_json::{Value, json};
 use suite_tests::{
-    Answer, Listener, Peer, Program, Scene, Simulation, each_distribution, executable, isolated,
-    namespaces_are_permitted, peer_python, repository, rotary_sins, skip, vector,
+    Answer, Listener, Peer, Program, Scene, Simulation, calibrate, each_distribution, executable,
+    isolated, namespaces_are_permitted, peer_python, repository, rotary_sins, skip, vector,
 };
 
 each_distribution!(
@@ -354,9 +354,7 @@ fn a_saved_calibration_is_loaded_again() {
         );
         let (success, message) = ask("save");
         assert!(!success && message.contains("no estimate"), "{message}");
-        let json = rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"])
-            .expect_status(1)
-            .json();
+        let json = calibrate(&bag).expect_status(1).json();
         let listener = Listener::new();
         let estimates =
             listener.hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(1));

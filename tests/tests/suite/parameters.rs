@@ -16,7 +16,7 @@ use ros2_client::rcl_interfaces::{
     GetParametersRequest, GetParametersResponse, ListParametersRequest, ListParametersResponse,
 };
 use serde_json::{Value, json};
-use suite_tests::{Program, Running, Scene, executable, isolated, repository, scratch};
+use suite_tests::{Program, Running, Scene, executable, hold_file, isolated, scratch};
 
 use crate::install::install;
 
@@ -50,19 +50,11 @@ fn printed(node: &str, options: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Holds a file of the repository to its text, or writes it.
 fn hold(path: &str, text: &str) {
-    let file = repository().join(path);
-    if std::env::var_os("ROTARY_SINS_UPDATE_PARAMETERS").is_some() {
-        return fs::write(file, text).unwrap();
-    }
-    assert!(
-        fs::read_to_string(file).unwrap_or_default() == text,
-        "{path} is not what the declarations print; ROTARY_SINS_UPDATE_PARAMETERS=1 writes it anew"
-    );
+    hold_file(path, text, "ROTARY_SINS_UPDATE_PARAMETERS");
 }
 
-/// The parameter files in the repository are what the nodes print, with every parameter and its default.
+/// The parameter files in the are what the nodes print, with every parameter and its default.
 #[test]
 fn parameter_files_are_what_nodes_print() {
     for node in NODES {

@@ -7,8 +7,8 @@ use ros2_interfaces::sensor_msgs::Imu;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use serde_json::Value;
 use suite_tests::{
-    Heard, Listener, Program, Scene, Simulation, assert_within_sigmas, isolated, messages,
-    rotary_sins, sample, truth_of_sample, vector,
+    Heard, Listener, Program, Scene, Simulation, assert_within_sigmas, calibrate, isolated,
+    messages, sample, truth_of_sample, vector,
 };
 
 /// Multiple of real time: 1200 samples of the IMU a second and half as many joint states, 4 h in 24 s. A reader keeps 4000, so its
@@ -35,9 +35,7 @@ fn hear_estimates(listener: &Listener) -> Heard<SelfCalibrationEstimate> {
 
 /// What `calibrate` makes of a bag that converges.
 fn by_command_line(bag: &std::path::Path) -> Value {
-    rotary_sins(&["calibrate", bag.to_str().unwrap(), "--json"])
-        .expect_status(0)
-        .json()
+    calibrate(bag).expect_status(0).json()
 }
 
 fn wait_for_the_last(
@@ -123,7 +121,7 @@ fn replay_converges_and_equals_the_command_line(name: &str) {
 
     assert_eq!((last.gaps, last.lost_samples), (0, 0), "{}", last.message);
     assert_converged(&last, &truth_of_sample(name));
-    let first = &calibrations.all()[0];
+    let first = calibrations.wait_for("a calibration", |_| true);
     assert!(first.converged && first.valid);
     assert!(!compensator.log().contains("samples lost"));
     let solutions = odometry.all().len();
@@ -156,6 +154,18 @@ fn the_papers_experiment_converges() {
 #[test]
 fn a_ship_elsewhere_converges() {
     isolated(|| replay_converges_and_equals_the_command_line("elsewhere"));
+}
+
+/// A ring laser with all its residuals on a table with its own: the whole model, with encoders.
+#[test]
+fn a_real_sensor_converges() {
+    isolated(|| replay_converges_and_equals_the_command_line("real_sensor"));
+}
+
+/// A ship that rolls at her mooring: positions are what she is calibrated by.
+#[test]
+fn a_ship_in_a_sea_converges() {
+    isolated(|| replay_converges_and_equals_the_command_line("moored_sea"));
 }
 
 /// 10 000 samples of the IMU a second through the calibrator, and every one of them is used.

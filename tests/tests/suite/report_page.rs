@@ -87,7 +87,7 @@ fn page_of_the_experiment_is_whole() {
 
 /// A page of a run, made of the short simulation; JSON and HTML.
 fn page_of_a_run(folder: &Path) -> (Value, String) {
-    let bag = Simulation::new("eight-position", 1.5, 10.0, 3).bag();
+    let bag = Simulation::converging().bag();
     let page = folder.join("run.html");
     let arguments = ["report", bag.to_str().unwrap(), "--json", "--output"];
     let arguments = [&arguments[..], &[page.to_str().unwrap()]].concat();
@@ -109,7 +109,7 @@ fn page_of_a_damaged_run_is_whole() {
     let Some(browser) = chromium() else { return };
     let folder = scratch("page_of_a_damaged_run");
     let (gaps, cut) = (folder.join("gaps.mcap"), folder.join("cut.mcap"));
-    let bag = Simulation::new("eight-position", 1.5, 10.0, 3).bag();
+    let bag = Simulation::converging().bag();
     alter_imu(&bag, &gaps, |index, imu| {
         imu.header.stamp.sec += i32::try_from(index / 2000).unwrap();
         if index == 100 {

@@ -5,7 +5,9 @@ use std::path::Path;
 use ros_node::Qos;
 use ros2_interfaces::diagnostic_msgs::DiagnosticArray;
 use serde_json::{Value, json};
-use suite_tests::{Listener, Peer, Program, Scene, each_distribution, isolated, peer_python};
+use suite_tests::{
+    Listener, Peer, Program, Scene, each_distribution, isolated, number, peer_python,
+};
 
 /// Of rcl_interfaces/msg/ParameterType.
 const PARAMETER_DOUBLE: u8 = 3;
@@ -38,22 +40,38 @@ fn four_nodes(test: &str) -> Scene {
     scene
 }
 
-fn observe(python: &Path, topics: &[(&str, &str, &str)]) -> Value {
+/// What is said on topics, once the graph shows what is expected of it.
+fn observe(python: &Path, topics: &[(&str, &str, &str)], expected: &[&str]) -> Value {
     let peer = topics.iter().fold(
         Peer::new(python, "observe.py"),
         |peer, (name, kind, count)| peer.arg(name).arg(kind).arg(count),
     );
-    peer.ask()
-}
-
-fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
+    expected.iter().fold(peer.arg("--"), Peer::arg).ask()
 }
 
 /// rclpy sees all nodes in the graph, the topics with their types and QoS, and reads what they say.
 fn rclpy_sees_nodes_and_reads_topics(python: &Path) {
+    const NODES: [&str; 4] = [
+        "/imu_simulator",
+        "/scheme_sequencer",
+        "/self_calibrator",
+        "/navigation_compensator",
+    ];
+    const TOPICS: [(&str, &str); 7] = [
+        (
+            "/turntable/joint_trajectory",
+            "trajectory_msgs/msg/JointTrajectory",
+        ),
+        (
+            "/self_calibration/calibration",
+            "rotary_sins_msgs/msg/Calibration",
+        ),
+        ("/imu/data", "sensor_msgs/msg/Imu"),
+        ("/odometry", "nav_msgs/msg/Odometry"),
+        ("/uncompensated/odometry", "nav_msgs/msg/Odometry"),
+        ("/rosout", "rcl_interfaces/msg/Log"),
+        ("/clock", "rosgraph_msgs/msg/Clock"),
+    ];
     let mut scene = four_nodes("rclpy_sees");
     let seen = observe(
         python,
@@ -79,38 +97,16 @@ fn rclpy_sees_nodes_and_reads_topics(python: &Path) {
             ("/clock", "rosgraph_msgs/msg/Clock", "2B"),
             ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1"),
         ],
+        &[&NODES[..], &TOPICS.map(|(name, _)| name)].concat(),
     );
     scene.end();
 
-    let nodes = seen["nodes"].as_array().unwrap();
-    for node in [
-        "imu_simulator",
-        "scheme_sequencer",
-        "self_calibrator",
-        "navigation_compensator",
-    ] {
-        assert!(
-            nodes.contains(&json!(format!("/{node}"))),
-            "{node} in {nodes:?}"
-        );
+    for node in NODES {
+        let nodes = seen["nodes"].as_array().unwrap();
+        assert!(nodes.contains(&json!(node)), "{node} in {nodes:?}");
     }
-    let topics = &seen["topics"];
-    for (name, kind) in [
-        (
-            "/turntable/joint_trajectory",
-            "trajectory_msgs/msg/JointTrajectory",
-        ),
-        (
-            "/self_calibration/calibration",
-            "rotary_sins_msgs/msg/Calibration",
-        ),
-        ("/imu/data", "sensor_msgs/msg/Imu"),
-        ("/odometry", "nav_msgs/msg/Odometry"),
-        ("/uncompensated/odometry", "nav_msgs/msg/Odometry"),
-        ("/rosout", "rcl_interfaces/msg/Log"),
-        ("/clock", "rosgraph_msgs/msg/Clock"),
-    ] {
-        assert_eq!(topics[name], json!([kind]), "{name}");
+    for (name, kind) in TOPICS {
+        assert_eq!(seen["topics"][name], json!([kind]), "{name}");
     }
     assert_eq!(
         seen["publishers"]["/self_calibration/estimate"],
@@ -151,6 +147,7 @@ fn rclpy_pauses_and_resumes_the_scheme(python: &Path) {
     observe(
         python,
         &[("/scheme/status", "rotary_sins_msgs/msg/SchemeStatus", "2L")],
+        &[],
     );
     let service = |name: &str| format!("/scheme_sequencer/{name}");
     let answers = Peer::new(python, "trigger.py")

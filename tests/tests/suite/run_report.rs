@@ -8,21 +8,16 @@ use ros2_interfaces::sensor_msgs::{JointState, NavSatFix};
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use serde_json::Value;
 use suite_tests::{
-    Answer, Listener, Program, Scene, Simulation, alter_imu, copy_bag, data_file, estimates,
-    isolated, rotary_sins, scratch, vector, within_namespace, without_topic,
+    Answer, Listener, Program, Scene, Simulation, alter_imu, calibrate, copy_bag, data_file,
+    estimates, isolated, rotary_sins, scratch, text, vector, within_namespace, without_topic,
 };
 
 const IMU: &str = "/imu/data_raw";
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 const DEG_PER_HOUR: f64 = std::f64::consts::PI / 648_000.0;
 
-/// An hour and a half of the eight-position scheme at 10 Hz, which converges after 1.2 h.
 fn converging() -> PathBuf {
-    Simulation::new("eight-position", 1.5, 10.0, 3).bag()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
+    Simulation::converging().bag()
 }
 
 /// Runs the command on a bag; the page goes into the folder.
@@ -45,9 +40,7 @@ fn a_run_without_estimates_is_calibrated() {
     let bag = converging();
     let (answer, html) = report(&bag, &scratch("report_of_samples"));
     let json = answer.expect_status(0).json();
-    let calibrated = rotary_sins(&["calibrate", text(&bag), "--json"])
-        .expect_status(0)
-        .json();
+    let calibrated = calibrate(&bag).expect_status(0).json();
     assert_eq!(json["verdict"], "converged");
     assert_eq!(json["estimates"], "made_from_samples");
     for key in [
@@ -194,9 +187,7 @@ fn independent_eight_position_bag_has_its_page() {
     };
     let (answer, html) = report(&bag, &scratch("report_independent"));
     let json = answer.expect_status(0).json();
-    let calibrated = rotary_sins(&["calibrate", text(&bag), "--json"])
-        .expect_status(0)
-        .json();
+    let calibrated = calibrate(&bag).expect_status(0).json();
     for key in [
         "gyroscope_drift_rad_s",
         "accelerometer_bias_m_s2",
@@ -235,9 +226,7 @@ fn a_live_recording_has_the_estimates_of_the_run() {
             .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(10));
         let solutions = listener.hear::<NavSatFix>("/uncompensated/fix_ins", Qos::reliable(100));
         let joints = listener.hear::<JointState>("/turntable/joint_states", Qos::sensor());
-        let end = rotary_sins(&["calibrate", text(&converging()), "--json"])
-            .expect_status(0)
-            .json()["stamp_ns"]
+        let end = calibrate(&converging()).expect_status(0).json()["stamp_ns"]
             .as_i64()
             .unwrap();
         // Calibrator, compensator and recorder.

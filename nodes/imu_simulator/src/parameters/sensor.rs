@@ -2,26 +2,18 @@
 
 use nalgebra::Matrix3;
 use node_parameters::units::{
-    ARC_SECOND, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, MICRO_G, MICRO_G_PER_SQRT_HOUR, PPM,
+    ARC_SECOND, DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_G, DEGREE_PER_HOUR_SQRT_HOUR, MICRO_G,
+    MICRO_G_PER_G2, MICRO_G_PER_SQRT_HOUR, MILLIMETRE, MILLISECOND, PPM,
 };
 use ros_node::{ParameterSet, Unit};
-use sins::earth::STANDARD_GRAVITY_M_S2;
 use sins::simulation::{ImuErrorSettings, PlantSettings};
 use sins::units;
 
 use super::Settings;
 
-const MICRO_G_PER_G2: Unit = Unit::new(
-    "ug/g^2",
-    units::MICRO_G / (STANDARD_GRAVITY_M_S2 * STANDARD_GRAVITY_M_S2),
-);
-const DEGREE_PER_HOUR_PER_G: Unit =
-    Unit::new("deg/h/g", units::DEG_PER_HOUR / STANDARD_GRAVITY_M_S2);
 const DEGREE_PER_HOUR2: Unit = Unit::new("deg/h^2", units::DEG_PER_HOUR / 3600.0);
 const MICRO_G_PER_HOUR: Unit = Unit::new("ug/h", units::MICRO_G / 3600.0);
 const ARC_SECOND_PER_G: Unit = Unit::new("arcsec/g", units::ARC_SECOND);
-const MILLIMETRE: Unit = Unit::new("mm", 1e-3);
-const MILLISECOND: Unit = Unit::new("ms", 1e-3);
 const MILLIMETRE_PER_SECOND: Unit = Unit::new("mm/s", 1e-3);
 
 fn row_major(matrix: &Matrix3<f64>) -> [f64; 9] {

@@ -129,7 +129,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ErrorFilter<G, M, N> {
         self.kalman.check().map_err(name_state::<G, M, N>)?;
         self.strapdown.state().check()?;
         if let Some(base) = &self.installation.base
-            && ((base.norm() - 1.0).abs() > 1e-6 || base.norm().is_nan())
+            && !(0.999_999..1.000_001).contains(&base.norm())
         {
             return Err(refused("the attitude of the base"));
         }

@@ -12,7 +12,7 @@ use crate::estimation::model::{self, Model, Whole};
 use crate::estimation::state::{StateEstimate, StateLabel, StateValues};
 use crate::units::ARC_SECOND;
 
-/// So many sigmas a latitude may be from that of the fix.
+/// So many sigmas a latitude may be from that of the fix, and a filter of coarse samples from the witness.
 const SIGMAS: f64 = 4.75;
 /// So many sigmas the best of some 45 states that are left out may be from zero.
 const BEST_SIGMAS: f64 = 5.0;
@@ -218,13 +218,9 @@ impl Looked<'_> {
             about: None,
         };
         findings.extend(testimony.turns.at_rest().map(|found| of(Test::Rest, found)));
-        findings.extend(
-            testimony
-                .turns
-                .whiteness()
-                .map(|found| of(Test::White, found)),
-        );
         let is_fine = !testimony.is_coarse;
+        let white = testimony.turns.whiteness().filter(|_| is_fine);
+        findings.extend(white.map(|found| of(Test::White, found)));
         let turns = testimony.turns.ratio().filter(|_| is_fine);
         findings.extend(turns.map(|found| of(Test::Turns, found)));
         let single = |test: Test, found: &Single, figure: f64, bound: f64| Finding {
@@ -311,7 +307,11 @@ impl Looked<'_> {
                 worst = Some(Finding {
                     test: Test::Witness,
                     figure,
-                    bound: WITNESS_SIGMAS,
+                    bound: if testimony.is_coarse {
+                        SIGMAS
+                    } else {
+                        WITNESS_SIGMAS
+                    },
                     about: Some((label, difference, sigma)),
                 });
             }

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use nalgebra::Vector3;
-use ros2_interfaces::sensor_msgs::NavSatStatus;
+use ros2_interfaces::sensor_msgs::{JointState, NavSatFix, NavSatStatus};
 use ros2_interfaces::std_msgs::Header;
 use rotary_sins_msgs::convert::imu_from_sample;
 use sins::earth::LocalEarth;
@@ -185,4 +185,30 @@ fn gaps_are_told() {
     );
     let report = format!("{:?}", calibrator.imu_report());
     assert!(report.contains("1 gaps, 3 samples lost"), "{report}");
+}
+
+/// Samples that do not say how noisy they are make a warning, unless the parameters say it.
+#[test]
+fn an_assumed_noise_is_told() {
+    let silent = |number| Imu {
+        angular_velocity_covariance: [0.0; 9],
+        ..sample(number)
+    };
+    let told = |settings: &Settings, imu: &Imu| {
+        let mut calibrator = Calibrator::new(settings, "/test", Duration::from_secs(600)).unwrap();
+        calibrator.imu(imu);
+        let report = format!("{:?}", calibrator.imu_report());
+        report.contains("Warn") && report.contains("the covariances are not filled in")
+    };
+    let settings = Settings::default();
+    assert!(told(&settings, &silent(0)));
+    assert!(!told(&settings, &sample(0)));
+    let known = Settings {
+        noise: Some(sins::sensor::NoiseDensity {
+            gyroscope: Vector3::repeat(3e-7),
+            accelerometer: Vector3::repeat(1e-4),
+        }),
+        ..settings
+    };
+    assert!(!told(&known, &silent(0)));
 }
