@@ -73,7 +73,7 @@ pub fn write(path: &Path, calibration: &Calibration, source: &str) -> anyhow::Re
     files::write(path, text.as_bytes()).with_context(|| path.display().to_string())
 }
 
-/// What [`write`] writes.
+/// What [`write()`] writes.
 ///
 /// # Errors
 /// Numbers that YAML cannot hold.

@@ -31,6 +31,8 @@ struct UnderWay {
     accepted: Instant,
     /// Stamp of the first sample after the goal was accepted.
     began: Option<Stamp>,
+    /// Time since then that was told last \[s\].
+    elapsed_s: f64,
 }
 
 impl SelfCalibrate {
@@ -77,6 +79,7 @@ impl SelfCalibrate {
                 goal,
                 accepted: Instant::now(),
                 began: None,
+                elapsed_s: 0.0,
             });
         }
         let Some(under_way) = &self.under_way else {
@@ -101,7 +104,10 @@ impl SelfCalibrate {
             return;
         };
         let now = stamp_from_time(estimate.header.stamp);
-        let elapsed = now.seconds_since(*under_way.began.get_or_insert(now));
+        // The first estimate stands at the last step of the alignment, a little before the last sample that was gathered for it.
+        let since = now.seconds_since(*under_way.began.get_or_insert(now));
+        let elapsed = since.max(under_way.elapsed_s);
+        under_way.elapsed_s = elapsed;
         let feedback = feedback(estimate, elapsed, calibrator);
         under_way.handle.feedback(feedback);
         let limit = under_way.goal.time_limit;

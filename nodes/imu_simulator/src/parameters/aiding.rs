@@ -11,7 +11,7 @@ pub fn aiding() -> ParameterSet<AidingSettings> {
             Unit::METRE_PER_SECOND,
             0.0..=1e6,
             |s| &mut s.velocity_std_m_s,
-            "1 sigma of aiding/velocity, every axis",
+            "1 sigma of the aiding velocity, every axis",
         )
         .number(
             "position_noise_m",

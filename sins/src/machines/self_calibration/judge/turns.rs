@@ -62,7 +62,7 @@ impl MeanSquare {
     }
 }
 
-/// Means of normalized innovations over [`BLOCK`], east, north and up, times the root of their number: of variance one.
+/// Means of normalized innovations over 20 updates, east, north and up, times the root of their number: of variance one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Turns {
     attitude: UnitQuaternion<f64>,
