@@ -93,6 +93,12 @@ struct Report {
     prior_std: Vec<Option<f64>>,
     unobservable: Vec<String>,
     encoders: String,
+    /// White noise that the filter took, gyroscopes (rad/√s) and accelerometers (m/s/√s).
+    noise_density: [f64; 6],
+    /// The same as the samples at rest show it; null where an axis does not rest.
+    noise_density_at_rest: [Option<f64>; 6],
+    /// One-sigma of the ship's velocity, east, north, up; null where it is measured.
+    ship_motion_std_m_s: Option<[f64; 3]>,
     warnings: Vec<String>,
 }
 
@@ -207,6 +213,9 @@ fn report(estimate: &Estimate, model: ModelChoice, verdict: Verdict, notes: Note
             .map(Into::into)
             .collect(),
         encoders: estimate.encoders.to_string(),
+        noise_density: noise_density(estimate),
+        noise_density_at_rest: estimate.noise_at_rest,
+        ship_motion_std_m_s: estimate.ship_motion_m_s,
         warnings: notes.lines,
     }
 }
@@ -214,6 +223,34 @@ fn report(estimate: &Estimate, model: ModelChoice, verdict: Verdict, notes: Note
 fn prior(estimate: &Estimate) -> Vec<Option<f64>> {
     let of = |name| estimate.prior.value(name).filter(|sigma| *sigma > 0.0);
     estimate.states.states().iter().map(of).collect()
+}
+
+fn noise_density(estimate: &Estimate) -> [f64; 6] {
+    let noise = &estimate.noise;
+    let [gx, gy, gz]: [f64; 3] = noise.gyroscope.into();
+    let [ax, ay, az]: [f64; 3] = noise.accelerometer.into();
+    [gx, gy, gz, ax, ay, az]
+}
+
+/// What the filter took the noise and the ship's motion for, beside what the samples show.
+fn ground(estimate: &Estimate) -> String {
+    let ratios = |axes: std::ops::Range<usize>| -> String {
+        let told = noise_density(estimate);
+        let seen = axes.map(|axis| estimate.noise_at_rest[axis].map(|seen| seen / told[axis]));
+        let words: Vec<String> = seen
+            .map(|ratio| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}")))
+            .collect();
+        words.join(" ")
+    };
+    let noise = format!(
+        "noise at rest over what was told: gyroscopes {}, accelerometers {}",
+        ratios(0..3),
+        ratios(3..6)
+    );
+    estimate.ship_motion_m_s.map_or(noise.clone(), |sigmas| {
+        let largest = sigmas.into_iter().fold(0.0, f64::max);
+        format!("{noise}; the ship is taken to move by {largest:.3} m/s (1 sigma)")
+    })
 }
 
 fn short(estimate: &Estimate) -> String {
@@ -291,6 +328,8 @@ fn text(estimate: &Estimate, verdict: &Verdict) -> String {
     if let Some(further) = further(estimate) {
         text = format!("{further}\n{text}\n{}", estimate.encoders);
     }
+    text.push('\n');
+    text.push_str(&ground(estimate));
     for reason in &verdict.reasons {
         text.push_str("\n  ");
         text.push_str(reason);

@@ -10,10 +10,15 @@ use super::aiding::Aiding;
 use super::alignment::Gathering;
 use super::encoders::Encoders;
 use super::judge::{Evidence, Joints, Judge, Witness};
+use super::noise_at_rest::NoiseAtRest;
+use super::rest::Rest;
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
-use super::{Estimate, Event, ModelChoice, Phase, Reference, SampleReport, Settings, Thresholds};
+use super::ship_motion::ShipMotion;
+use super::{
+    Estimate, Event, ModelChoice, NoiseFrom, Phase, Reference, SampleReport, Settings, Thresholds,
+};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
@@ -313,7 +318,12 @@ impl Estimator {
             velocity: Vector3::zeros(),
             position,
         };
-        let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
+        let at_rest = match self.settings.noise_from {
+            NoiseFrom::Samples => None,
+            NoiseFrom::Rest => gathering.at_rest.whole(),
+        };
+        let noise = self.settings.noise.or(at_rest);
+        let noise = noise.unwrap_or_else(|| gathering.noise());
         let beginning = Beginning {
             place,
             known: known.as_ref(),
@@ -321,7 +331,8 @@ impl Estimator {
             walk: self.settings.walk,
             noise,
         };
-        let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
+        type GoneOver = Result<(Running, Option<Stamp>, u64), Error>;
+        let gone_over = |reference: Reference, motion: Option<ShipMotion>| -> GoneOver {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
             let (filter, prior) = beginning.any_filter(&self.settings, reference)?;
             let mut run = Running {
@@ -330,6 +341,9 @@ impl Estimator {
                 start: gathering.start,
                 last: gathering.start,
                 aiding: Aiding::new(reference, schedule),
+                motion,
+                rest: Rest::new(coarse.at_start),
+                noise_at_rest: NoiseAtRest::default(),
                 encoders: Encoders::default(),
                 judge: self.judge_before.as_ref().map_or_else(
                     || Judge::new(&self.settings),
@@ -337,7 +351,13 @@ impl Estimator {
                 ),
                 normalized: (0.0, 0),
                 witness: if self.settings.witness {
-                    Some(Witness::new(place, noise, &self.settings, reference)?)
+                    Some(Witness::new(
+                        place,
+                        noise,
+                        &self.settings,
+                        reference,
+                        motion.map_or(0.0, |motion| motion.sigma_m_s(0)),
+                    )?)
                 } else {
                     None
                 },
@@ -359,21 +379,37 @@ impl Estimator {
             }
             Ok((run, last_update, missing))
         };
+        // A ship that is seen to move is gone over once more, with the motion that the coarse alignment left unexplained.
+        let moored = |first: GoneOver, sigma_m_s: f64| -> GoneOver {
+            let motion =
+                |starting_m_s| ShipMotion::new(starting_m_s, sigma_m_s).with_allowance(WAVE_GROUPS);
+            let mut first = first?;
+            if first.0.moves() && coarse.residual_m_s > sigma_m_s {
+                let reference = Reference::Moored { sigma_m_s };
+                return gone_over(reference, Some(motion(coarse.residual_m_s)));
+            }
+            first.0.motion = Some(motion(0.0));
+            Ok(first)
+        };
         let (mut run, last_update, missing) = match self.settings.reference {
             Reference::Auto {
                 sigma_m_s,
                 patience_s,
             } => {
-                let moored = gone_over(Reference::Moored { sigma_m_s });
+                let first = gone_over(Reference::Moored { sigma_m_s }, None);
                 let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
                 let are_enough = positions.count() >= LEAST_POSITIONS;
-                match moored {
-                    Ok(moored) if !(are_enough && moored.0.moves()) => moored,
-                    Err(error) if !are_enough => return Err(error),
-                    _ => gone_over(Reference::Position { patience_s })?,
+                let moves = first.as_ref().map_or(true, |first| first.0.moves());
+                if are_enough && moves {
+                    gone_over(Reference::Position { patience_s }, None)?
+                } else {
+                    moored(first, sigma_m_s)?
                 }
             }
-            reference => gone_over(reference)?,
+            Reference::Moored { sigma_m_s } => {
+                moored(gone_over(self.settings.reference, None), sigma_m_s)?
+            }
+            reference => gone_over(reference, None)?,
         };
         self.missing_velocities += missing;
         run.filter.close_loop();
@@ -444,6 +480,9 @@ impl Estimator {
             testimony: run.witness.as_ref().map(Witness::testimony),
             findings: run.findings.clone(),
             encoders: run.encoders.usage(),
+            noise: *run.filter.noise(),
+            noise_at_rest: run.noise_at_rest.densities(),
+            ship_motion_m_s: run.motion.map(|motion| motion.sigmas_m_s()),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
         };
@@ -451,6 +490,9 @@ impl Estimator {
         estimate
     }
 }
+
+/// Variance of the ship's velocity over the mean of the last minutes: waves come in groups.
+const WAVE_GROUPS: f64 = 2.0;
 
 /// So many positions in an alignment can tell how the ship moves.
 const LEAST_POSITIONS: usize = 30;

@@ -24,10 +24,13 @@ mod estimator;
 mod event;
 mod further_errors;
 mod judge;
+mod noise_at_rest;
+mod rest;
 mod running;
 mod schedule;
 mod sensor_knowledge;
 mod settings;
+mod ship_motion;
 mod snapshot;
 mod thresholds;
 
@@ -43,7 +46,7 @@ pub use judge::{
 };
 pub(in crate::machines) use sensor_knowledge::SensorKnowledge;
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};
+pub use settings::{Antenna, ModelChoice, NoiseFrom, Reference, Settings, default_noise};
 pub use snapshot::Snapshot;
 pub use thresholds::Thresholds;
 

@@ -8,8 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::aiding::{Aiding, Due};
 use super::encoders::Encoders;
 use super::judge::{Finding, Joints, Judge, Looked, Seen, Witness};
+use super::noise_at_rest::NoiseAtRest;
+use super::rest::Rest;
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
+use super::ship_motion::ShipMotion;
 use super::{ModelChoice, Settings};
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
@@ -49,6 +52,10 @@ pub(super) struct Running {
     pub(super) start: Stamp,
     pub(super) last: Stamp,
     pub(super) aiding: Aiding,
+    /// How the ship moves where she is taken to lie; none where that is measured.
+    pub(super) motion: Option<ShipMotion>,
+    pub(super) rest: Rest,
+    pub(super) noise_at_rest: NoiseAtRest,
     pub(super) encoders: Encoders,
     pub(super) judge: Judge,
     /// Sum of the normalized innovations squared of the pairs, and their number.
@@ -82,10 +89,18 @@ impl Running {
         joints: Option<&JointHistory>,
     ) -> Result<Advance, Error> {
         let reference = self.aiding.reference();
-        let passage = interval
-            .hole
-            .as_ref()
-            .map(|hole| passage(hole, settings, reference));
+        let passage = interval.hole.as_ref().map(|hole| {
+            let seen_m_s = self
+                .motion
+                .map_or(0.0, |motion| motion.sigma_m_s(0).max(motion.sigma_m_s(1)));
+            passage(hole, settings, reference, seen_m_s)
+        });
+        if self.rest.is_quiet() {
+            self.noise_at_rest
+                .take(&interval.increment, interval.hole.is_some());
+        } else {
+            self.noise_at_rest.interrupt();
+        }
         let mut held = false;
         match passage {
             Some(Passage::Bridged([angle, velocity])) => self.filter.bridge(angle, velocity),
@@ -110,26 +125,35 @@ impl Running {
         if due == Due::Nothing {
             return Ok(advance);
         }
+        let seconds = self.filter.pending_s();
         self.filter.step()?;
         let carried = self.filter.navigation().attitude;
+        self.rest.turned(carried, seconds);
         match due {
             Due::Nothing => {}
             Due::Step => {
                 advance.velocity_missing = true;
                 self.ask_witness(Seen::Nothing)?;
             }
-            Due::Update(measurement) => {
+            Due::Update(mut measurement) => {
+                if let Some(motion) = &self.motion {
+                    measurement.sigma = [motion.sigma_m_s(0), motion.sigma_m_s(1)];
+                }
                 let gate = match self.aiding.reference() {
                     Reference::Measured { .. } => settings.gate(),
                     _ => None,
                 };
                 self.ask_witness(Seen::Velocity(&measurement))?;
-                let outcomes = self.filter.update_velocity(&measurement, gate);
-                self.judge_pair(&outcomes);
+                let [east, north] = self.filter.update_velocity(&measurement, gate);
+                self.judge_pair(&[east, north]);
+                let mut outcomes = [Some(east), Some(north), None];
                 if self.filter.has_vertical_channel() {
-                    let sigma = measurement.sigma[0].max(measurement.sigma[1]);
-                    self.filter.update_vertical_velocity(0.0, sigma, None);
+                    let [x, y] = measurement.sigma;
+                    let sigma = self.motion.map_or(x.max(y), |motion| motion.sigma_m_s(2));
+                    let [up] = self.filter.update_vertical_velocity(0.0, sigma, None);
+                    outcomes[2] = Some(up);
                 }
+                self.learn_motion(&outcomes, seconds);
             }
             Due::Position(position) => {
                 let table = settings.turntable.attitude(position.angles);
@@ -212,6 +236,13 @@ impl Running {
             azimuth_rad: self.azimuth_rad,
             model,
             turned: self.turned,
+            // A ship that moves makes noise of her own.
+            noisiest: match self.motion {
+                Some(motion) if !motion.is_above_floor() => {
+                    self.noise_at_rest.against(self.filter.noise())
+                }
+                _ => None,
+            },
         };
         self.findings = looked.findings().into();
     }
@@ -233,8 +264,24 @@ impl Running {
         }
     }
 
+    /// The level of the innovations at rest is that of the ship's motion.
+    fn learn_motion(&mut self, outcomes: &[Option<Outcome>; 3], seconds: f64) {
+        let Some(motion) = &mut self.motion else {
+            return;
+        };
+        if !self.rest.is_quiet() {
+            return;
+        }
+        let used = motion.sigmas_m_s();
+        for (axis, outcome) in outcomes.iter().enumerate() {
+            if let Some(innovation) = outcome.and_then(|outcome| outcome.innovation()) {
+                motion.learn(axis, &innovation, used[axis], seconds);
+            }
+        }
+    }
+
     /// Whether the innovations say that the ship does not lie as still as the reference takes her to: their mean is well above
-    /// the two of a pair.
+    /// the two of a pair. (Of a filter that does not follow her motion.)
     pub(super) fn moves(&self) -> bool {
         let (sum, count) = self.normalized;
         sum > MOVES * count as f64
@@ -246,12 +293,12 @@ impl Running {
     }
 }
 
-/// The way over a hole in the samples.
-fn passage(hole: &Hole, settings: &Settings, reference: Reference) -> Passage {
+/// The way over a hole in the samples, of a ship that was seen to move with a sigma of `seen_m_s`.
+fn passage(hole: &Hole, settings: &Settings, reference: Reference, seen_m_s: f64) -> Passage {
     let (unseen, turntable) = (&settings.unseen, &settings.turntable);
     match reference {
         Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => {
-            unseen.moored(hole, turntable, sigma_m_s)
+            unseen.moored(hole, turntable, sigma_m_s.max(seen_m_s))
         }
         Reference::Measured { .. } | Reference::Position { .. } => {
             unseen.under_way(hole, turntable, settings.restart_gap_s)
