@@ -107,7 +107,7 @@ impl Finding {
 }
 
 /// Digits that a person reads.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     let digits = if value == 0.0 {
         0
     } else {
