@@ -121,7 +121,11 @@ impl NoiseAtRest {
     }
 
     /// What comes next does not go on from what came before.
+    #[inline]
     pub(super) fn interrupt(&mut self) {
+        if self.seconds == 0.0 && self.held.is_none() && self.long_averages.before.is_none() {
+            return;
+        }
         self.short_averages.before = None;
         self.long_averages.before = None;
         *self = Self {
