@@ -1,17 +1,13 @@
 //! Self-calibration behind its stream: intervals in, events out.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
-use super::encoders::Encoders;
-use super::judge::{Evidence, Joints, Judge, Witness};
-use super::noise_at_rest::NoiseAtRest;
-use super::rest::Rest;
+use super::judge::{Evidence, Judge, Witness};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
@@ -331,44 +327,21 @@ impl Estimator {
             walk: self.settings.walk,
             noise,
         };
-        type GoneOver = Result<(Running, Option<Stamp>, u64), Error>;
         let gone_over = |reference: Reference, motion: Option<ShipMotion>| -> GoneOver {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
             let (filter, prior) = beginning.any_filter(&self.settings, reference)?;
-            let mut run = Running {
-                filter,
-                prior,
-                start: gathering.start,
-                last: gathering.start,
-                aiding: Aiding::new(reference, schedule),
-                motion,
-                rest: Rest::new(coarse.at_start),
-                noise_at_rest: NoiseAtRest::default(),
-                encoders: Encoders::default(),
-                judge: self.judge_before.as_ref().map_or_else(
-                    || Judge::new(&self.settings),
-                    |before| before.of_next_alignment(&self.settings),
-                ),
-                normalized: (0.0, 0),
-                witness: if self.settings.witness {
-                    Some(Witness::new(
-                        place,
-                        noise,
-                        &self.settings,
-                        reference,
-                        motion.map_or(0.0, |motion| motion.sigma_m_s(0)),
-                    )?)
-                } else {
-                    None
-                },
-                joints: Joints::default(),
-                findings: Arc::default(),
-                azimuth_rad: 0.0,
-                steps: 0,
-                reference_attitude: coarse.at_start,
-                turned: false,
-                reference_vehicle: coarse.at_start,
-            };
+            let judge = self.judge_before.as_ref().map_or_else(
+                || Judge::new(&self.settings),
+                |before| before.of_next_alignment(&self.settings),
+            );
+            let aiding = Aiding::new(reference, schedule);
+            let mut run = Running::new((filter, prior), gathering.start, aiding, judge);
+            run.motion = motion;
+            if self.settings.witness {
+                let moves_m_s = motion.map_or(0.0, |motion| motion.sigma_m_s(0));
+                let witness = Witness::new(place, noise, &self.settings, reference, moves_m_s)?;
+                run.witness = Some(witness);
+            }
             let (mut last_update, mut missing) = (None, 0);
             for interval in &gathering.backlog {
                 let advance = run.advance(interval, &self.settings, None)?;
@@ -379,38 +352,14 @@ impl Estimator {
             }
             Ok((run, last_update, missing))
         };
-        // A ship that is seen to move is gone over once more, with the motion that the coarse alignment left unexplained.
-        let moored = |first: GoneOver, sigma_m_s: f64| -> GoneOver {
-            let motion =
-                |starting_m_s| ShipMotion::new(starting_m_s, sigma_m_s).with_allowance(WAVE_GROUPS);
-            let mut first = first?;
-            if first.0.moves() && coarse.residual_m_s > sigma_m_s {
-                let reference = Reference::Moored { sigma_m_s };
-                return gone_over(reference, Some(motion(coarse.residual_m_s)));
-            }
-            first.0.motion = Some(motion(0.0));
-            Ok(first)
-        };
-        let (mut run, last_update, missing) = match self.settings.reference {
-            Reference::Auto {
-                sigma_m_s,
-                patience_s,
-            } => {
-                let first = gone_over(Reference::Moored { sigma_m_s }, None);
-                let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
-                let are_enough = positions.count() >= LEAST_POSITIONS;
-                let moves = first.as_ref().map_or(true, |first| first.0.moves());
-                if are_enough && moves {
-                    gone_over(Reference::Position { patience_s }, None)?
-                } else {
-                    moored(first, sigma_m_s)?
-                }
-            }
-            Reference::Moored { sigma_m_s } => {
-                moored(gone_over(self.settings.reference, None), sigma_m_s)?
-            }
-            reference => gone_over(reference, None)?,
-        };
+        let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
+        let has_positions = positions.count() >= LEAST_POSITIONS;
+        let (mut run, last_update, missing) = by_reference(
+            self.settings.reference,
+            has_positions,
+            coarse.residual_m_s,
+            &gone_over,
+        )?;
         self.missing_velocities += missing;
         run.filter.close_loop();
         if let Some(witness) = &mut run.witness {
@@ -499,6 +448,43 @@ const LEAST_POSITIONS: usize = 30;
 
 /// One-sigma of an antenna's arm that was told \[m\].
 const TOLD_ARM_M: f64 = 0.1;
+
+/// A filter that has gone over the alignment's samples, its last update, and the velocities that were missing.
+type GoneOver = Result<(Running, Option<Stamp>, u64), Error>;
+
+/// Goes over the samples with the reference that suits how the ship lies. One that is seen to move is gone over once more: with her
+/// positions where they may be taken and are enough, else with the motion that the coarse alignment left unexplained.
+fn by_reference(
+    reference: Reference,
+    has_positions: bool,
+    residual_m_s: f64,
+    gone_over: &dyn Fn(Reference, Option<ShipMotion>) -> GoneOver,
+) -> GoneOver {
+    let (sigma_m_s, patience_s) = match reference {
+        Reference::Auto {
+            sigma_m_s,
+            patience_s,
+        } => (sigma_m_s, Some(patience_s).filter(|_| has_positions)),
+        Reference::Moored { sigma_m_s } => (sigma_m_s, None),
+        Reference::Measured { .. } | Reference::Position { .. } => {
+            return gone_over(reference, None);
+        }
+    };
+    let lies = Reference::Moored { sigma_m_s };
+    let first = gone_over(lies, None);
+    let moves = first.as_ref().map_or(true, |first| first.0.moves());
+    if let Some(patience_s) = patience_s.filter(|_| moves) {
+        return gone_over(Reference::Position { patience_s }, None);
+    }
+    let motion =
+        |starting_m_s| Some(ShipMotion::new(starting_m_s, sigma_m_s).with_allowance(WAVE_GROUPS));
+    let mut first = first?;
+    if moves && residual_m_s > sigma_m_s {
+        return gone_over(lies, motion(residual_m_s));
+    }
+    first.0.motion = motion(0.0);
+    Ok(first)
+}
 
 /// What a filter begins with.
 struct Beginning<'a> {

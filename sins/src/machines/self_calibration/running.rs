@@ -22,6 +22,7 @@ use crate::estimation::measurement::{Innovation, Outcome};
 use crate::estimation::state::StateValues;
 use crate::estimation::state::serialized::shared;
 use crate::machines::unseen_motion::Passage;
+use crate::sensor::VelocityMeasurement;
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Hole, Interval};
 use crate::time::Stamp;
@@ -78,6 +79,37 @@ pub(super) struct Running {
 }
 
 impl Running {
+    /// A filter that has seen nothing yet, with the prior of its states; nobody looks at it beside the innovations.
+    pub(super) fn new(
+        (filter, prior): (AnyFilter, StateValues),
+        start: Stamp,
+        aiding: Aiding,
+        judge: Judge,
+    ) -> Self {
+        let attitude = filter.navigation().attitude;
+        Self {
+            filter,
+            prior,
+            start,
+            last: start,
+            aiding,
+            motion: None,
+            rest: Rest::new(attitude),
+            noise_at_rest: NoiseAtRest::default(),
+            encoders: Encoders::default(),
+            judge,
+            normalized: (0.0, 0),
+            witness: None,
+            joints: Joints::default(),
+            findings: Arc::default(),
+            azimuth_rad: 0.0,
+            steps: 0,
+            reference_attitude: attitude,
+            turned: false,
+            reference_vehicle: attitude,
+        }
+    }
+
     /// Propagates, and at the end of a covariance step updates. Joints are given where they belong to this interval.
     ///
     /// # Errors
@@ -135,26 +167,7 @@ impl Running {
                 advance.velocity_missing = true;
                 self.ask_witness(Seen::Nothing)?;
             }
-            Due::Update(mut measurement) => {
-                if let Some(motion) = &self.motion {
-                    measurement.sigma = [motion.sigma_m_s(0), motion.sigma_m_s(1)];
-                }
-                let gate = match self.aiding.reference() {
-                    Reference::Measured { .. } => settings.gate(),
-                    _ => None,
-                };
-                self.ask_witness(Seen::Velocity(&measurement))?;
-                let [east, north] = self.filter.update_velocity(&measurement, gate);
-                self.judge_pair(&[east, north]);
-                let mut outcomes = [Some(east), Some(north), None];
-                if self.filter.has_vertical_channel() {
-                    let [x, y] = measurement.sigma;
-                    let sigma = self.motion.map_or(x.max(y), |motion| motion.sigma_m_s(2));
-                    let [up] = self.filter.update_vertical_velocity(0.0, sigma, None);
-                    outcomes[2] = Some(up);
-                }
-                self.learn_motion(&outcomes, seconds);
-            }
+            Due::Update(measurement) => self.update_velocity(measurement, settings, seconds)?,
             Due::Position(position) => {
                 let table = settings.turntable.attitude(position.angles);
                 let arm = AntennaArm {
@@ -199,6 +212,34 @@ impl Running {
             }
         }
         Ok(advance)
+    }
+
+    /// Takes a velocity: one that was measured, or none at a mooring, give or take how the ship moves there.
+    fn update_velocity(
+        &mut self,
+        mut measurement: VelocityMeasurement,
+        settings: &Settings,
+        seconds: f64,
+    ) -> Result<(), Error> {
+        if let Some(motion) = &self.motion {
+            measurement.sigma = [motion.sigma_m_s(0), motion.sigma_m_s(1)];
+        }
+        let gate = match self.aiding.reference() {
+            Reference::Measured { .. } => settings.gate(),
+            _ => None,
+        };
+        self.ask_witness(Seen::Velocity(&measurement))?;
+        let [east, north] = self.filter.update_velocity(&measurement, gate);
+        self.judge_pair(&[east, north]);
+        let mut outcomes = [Some(east), Some(north), None];
+        if self.filter.has_vertical_channel() {
+            let [x, y] = measurement.sigma;
+            let sigma = self.motion.map_or(x.max(y), |motion| motion.sigma_m_s(2));
+            let [up] = self.filter.update_vertical_velocity(0.0, sigma, None);
+            outcomes[2] = Some(up);
+        }
+        self.learn_motion(&outcomes, seconds);
+        Ok(())
     }
 
     /// Refuses what no filter of these settings holds.
