@@ -7,9 +7,7 @@ use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{ParameterSet, Unit};
 use sins::estimation::filter::InitialUncertainty;
-use sins::machines::self_calibration::{
-    EncoderAccuracy, ModelChoice, NoiseFrom, Reference, Settings,
-};
+use sins::machines::self_calibration::{EncoderAccuracy, NoiseFrom, Reference, Settings};
 use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
@@ -22,8 +20,6 @@ use crate::units::{
 
 /// How much later than its sample a measured velocity may come, where nothing else is said \[s\].
 const VELOCITY_PATIENCE_S: f64 = 30.0;
-/// What is left of a moored ship's velocity in a quiet harbour \[m/s\].
-const MOORED_SIGMA_M_S: f64 = 0.01;
 
 /// What the velocity is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -330,17 +326,9 @@ pub fn filter() -> ParameterSet<FilterParameters> {
     filter_of(calibrating())
 }
 
-/// What self-calibration is told where nobody says anything else: the whole model, and the reference that suits how the ship
-/// lies. (The machine's own default is the paper's: thirteen states at a mooring.)
+/// What self-calibration is told where nobody says anything else.
 pub fn calibrating() -> Settings {
-    Settings {
-        model: ModelChoice::Whole,
-        reference: Reference::Auto {
-            sigma_m_s: MOORED_SIGMA_M_S,
-            patience_s: VELOCITY_PATIENCE_S,
-        },
-        ..Settings::default()
-    }
+    Settings::calibrating()
 }
 
 /// The same parameters with the defaults of these settings.

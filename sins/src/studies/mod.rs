@@ -1,5 +1,6 @@
 //! Studies over everything below: many runs at once, and what a scheme can show.
 
+pub mod allan;
 pub mod assurance;
 pub mod monte_carlo;
 pub mod observability;

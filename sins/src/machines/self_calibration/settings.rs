@@ -207,6 +207,26 @@ impl Default for Settings {
     }
 }
 
+/// How much later than its sample a measured velocity or position may come, where nothing else is said \[s\].
+const PATIENCE_S: f64 = 30.0;
+/// What is left of a moored ship's velocity in a quiet harbour \[m/s\].
+const MOORED_SIGMA_M_S: f64 = 0.01;
+
+impl Settings {
+    /// What self-calibration is told where nobody says anything else: the whole model, and the reference that suits how the
+    /// ship lies. (The machine's own default is the paper's: thirteen states at a mooring.)
+    pub fn calibrating() -> Self {
+        Self {
+            model: ModelChoice::Whole,
+            reference: Reference::Auto {
+                sigma_m_s: MOORED_SIGMA_M_S,
+                patience_s: PATIENCE_S,
+            },
+            ..Self::default()
+        }
+    }
+}
+
 /// The noise of reading D (0.001 deg/√h, 10 ug/√Hz), used where neither settings nor samples tell any.
 pub fn default_noise() -> NoiseDensity {
     NoiseDensity {
