@@ -1,6 +1,7 @@
 //! Self-calibration behind its stream: intervals in, events out.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,7 @@ use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
 use super::ship_motion::ShipMotion;
+use super::smoothing::Guide;
 use super::{
     Estimate, Event, ModelChoice, NoiseFrom, Phase, Reference, SampleReport, Settings, Thresholds,
 };
@@ -23,6 +25,7 @@ use crate::estimation::filter::{ErrorFilter, Loop};
 use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::model::Model;
+use crate::estimation::smoother::Tape;
 use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
@@ -58,6 +61,15 @@ pub(in crate::machines) struct Estimator {
     updates_before: UpdateCounts,
     #[serde(skip)]
     events: VecDeque<Event>,
+    /// Its filters write down what smoothing needs.
+    #[serde(skip)]
+    records: bool,
+    /// What those before the present one have written.
+    #[serde(skip)]
+    tape: Option<Tape>,
+    /// What it is linear about where this is not its first pass.
+    #[serde(skip)]
+    guide: Option<Arc<Guide>>,
 }
 
 impl Estimator {
@@ -75,7 +87,58 @@ impl Estimator {
             missing_velocities: 0,
             updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
+            records: false,
+            tape: None,
+            guide: None,
         })
+    }
+
+    /// Goes over a record for another time.
+    #[must_use]
+    pub(super) fn guided(mut self, guide: Arc<Guide>) -> Self {
+        self.guide = Some(guide);
+        self
+    }
+
+    /// Writes down what smoothing needs from here on, or no longer.
+    pub(super) fn record(&mut self, records: bool) {
+        self.records = records;
+        self.tape = None;
+        if let Stage::Running(run) = &mut self.stage {
+            run.filter.record(records);
+        }
+    }
+
+    /// What has been written since the last time.
+    pub(super) fn take_tape(&mut self) -> Option<Tape> {
+        let own = match &mut self.stage {
+            Stage::Running(run) => run.filter.take_tape(),
+            Stage::Idle | Stage::Gathering(_) => None,
+        };
+        match (self.tape.take(), own) {
+            (Some(mut before), Some(own)) => {
+                before.append(own);
+                Some(before)
+            }
+            (before, own) => before.or(own),
+        }
+    }
+
+    /// Length of what has been written \[bytes\].
+    pub(super) fn tape_bytes(&self) -> usize {
+        let own = match &self.stage {
+            Stage::Running(run) => run.filter.tape_bytes(),
+            Stage::Idle | Stage::Gathering(_) => 0,
+        };
+        own + self.tape.as_ref().map_or(0, Tape::bytes)
+    }
+
+    /// Whether the filter began near enough to be linear; `None` while none runs.
+    pub(super) fn is_linear(&self) -> Option<bool> {
+        match &self.stage {
+            Stage::Running(run) => Some(run.linearity().passes()),
+            Stage::Idle | Stage::Gathering(_) => None,
+        }
     }
 
     /// Refuses what no estimator of these settings holds.
@@ -125,6 +188,9 @@ impl Estimator {
     /// Forgets everything but the position.
     pub(super) fn reset(&mut self) {
         self.stage = Stage::Idle;
+        if let Some(tape) = &mut self.tape {
+            tape.cut();
+        }
         self.judge_before = None;
         self.last = None;
         self.missing_velocities = 0;
@@ -182,11 +248,15 @@ impl Estimator {
 
     /// An epoch begins: attitude and velocity are found anew, and what is known of the sensors goes on.
     pub(in crate::machines) fn begin(&mut self, stamp: Stamp, cause: EpochCause, stream: &Stream) {
+        self.tape = self.take_tape();
         let known = match std::mem::replace(&mut self.stage, Stage::Idle) {
             Stage::Idle => self.known_before.clone(),
             Stage::Gathering(gathering) => gathering.known,
             Stage::Running(run) => {
                 let known = run.knowledge();
+                if let Some(tape) = &mut self.tape {
+                    tape.epoch(run.filter.base_state());
+                }
                 self.updates_before = self.updates_before + run.filter.counts();
                 self.judge_before = Some(run.judge);
                 Some(known)
@@ -215,6 +285,16 @@ impl Estimator {
                     Ok(advance) => advance,
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
+                        self.tape = match (self.tape.take(), run.filter.take_tape()) {
+                            (Some(mut before), Some(own)) => {
+                                before.append(own);
+                                Some(before)
+                            }
+                            (before, own) => before.or(own),
+                        };
+                        if let Some(tape) = &mut self.tape {
+                            tape.cut();
+                        }
                         self.updates_before = self.updates_before + run.filter.counts();
                         let known = self.known_before.as_ref();
                         self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
@@ -320,22 +400,31 @@ impl Estimator {
         };
         let noise = self.settings.noise.or(at_rest);
         let noise = noise.unwrap_or_else(|| gathering.noise());
+        let guided = self
+            .guide
+            .as_ref()
+            .and_then(|guide| guide.at(gathering.start).copied());
+        let guide = self.guide.clone().filter(|_| guided.is_some());
         let beginning = Beginning {
             place,
             known: known.as_ref(),
             now: last,
             walk: self.settings.walk,
             noise,
+            guide: guide.as_deref().zip(guided),
         };
         let gone_over = |reference: Reference, motion: Option<ShipMotion>| -> GoneOver {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
-            let (filter, prior) = beginning.any_filter(&self.settings, reference)?;
+            let (mut filter, prior) = beginning.any_filter(&self.settings, reference)?;
+            filter.record(self.records);
+            filter.mark(gathering.start);
             let judge = self.judge_before.as_ref().map_or_else(
                 || Judge::new(&self.settings),
                 |before| before.of_next_alignment(&self.settings),
             );
             let aiding = Aiding::new(reference, schedule);
             let mut run = Running::new((filter, prior), gathering.start, aiding, judge);
+            run.guide.clone_from(&guide);
             run.motion = motion;
             if self.settings.witness {
                 let moves_m_s = motion.map_or(0.0, |motion| motion.sigma_m_s(0));
@@ -361,12 +450,14 @@ impl Estimator {
             &gone_over,
         )?;
         self.missing_velocities += missing;
-        run.filter.close_loop();
+        if run.guide.is_none() {
+            run.filter.close_loop();
+        }
         if let Some(witness) = &mut run.witness {
             witness.close_loop();
         }
         run.azimuth_rad = run.azimuth_sigma_rad();
-        run.reference_attitude = run.filter.navigation().attitude;
+        run.reference_attitude = run.filter.believed().attitude;
         run.turned |= known.is_some_and(|known| known.turned);
         if let Some(stamp) = last_update {
             run.reference_vehicle = self.vehicle_attitude(&run, stamp, stream);
@@ -409,7 +500,7 @@ impl Estimator {
         stream: &Stream,
     ) -> UnitQuaternion<f64> {
         let angles = stream.joints().angles_at(stamp);
-        run.filter.navigation().attitude * self.settings.turntable.attitude(angles).inverse()
+        run.filter.believed().attitude * self.settings.turntable.attitude(angles).inverse()
     }
 
     fn estimate(&self, run: &Running, stamp: Stamp, stream: &Stream) -> Estimate {
@@ -419,10 +510,10 @@ impl Estimator {
             phase: Phase::FineAlignment,
             vehicle: HeadingPitchRoll::from_attitude(&vehicle),
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
-            navigation: *run.filter.navigation(),
+            navigation: run.filter.believed(),
             errors: run.filter.sensor_errors(),
-            table: run.filter.installation().table,
-            states: run.filter.estimate(),
+            table: run.filter.believed_installation().table,
+            states: run.filter.estimate_about_believed(),
             prior: run.prior.clone(),
             innovations: run.judge.report(),
             turned: run.turned,
@@ -493,6 +584,8 @@ struct Beginning<'a> {
     now: Stamp,
     walk: SensorWalk,
     noise: NoiseDensity,
+    /// What another pass is linear about, and where it begins.
+    guide: Option<(&'a Guide, NavigationState)>,
 }
 
 impl Beginning<'_> {
@@ -560,7 +653,22 @@ impl Beginning<'_> {
             Loop::Open,
         )?;
         let table = self.known.map(|known| known.table).unwrap_or_default();
-        Ok(filter.with_table(table))
+        let filter = filter.with_table(table);
+        let Some((guide, place)) = self.guide else {
+            return Ok(filter);
+        };
+        let mut guided = ErrorFilter::new(
+            model,
+            place,
+            &guide.errors,
+            covariance,
+            self.noise,
+            Loop::Open,
+        )?
+        .with_table(guide.table)
+        .with_antenna(guide.antenna_arm_m);
+        guided.believe(&filter);
+        Ok(guided)
     }
 }
 

@@ -13,6 +13,7 @@ use super::rest::Rest;
 use super::sensor_knowledge::SensorKnowledge;
 use super::settings::Reference;
 use super::ship_motion::ShipMotion;
+use super::smoothing::Guide;
 use super::{ModelChoice, Settings};
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
@@ -48,6 +49,9 @@ const MOVES: f64 = 4.0;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Running {
     pub(super) filter: AnyFilter,
+    /// What it is linear about where this is not the first pass over a record.
+    #[serde(skip)]
+    pub(super) guide: Option<Arc<Guide>>,
     /// One-sigma of its states as a sensor of which nothing is known has them.
     pub(super) prior: StateValues,
     pub(super) start: Stamp,
@@ -93,6 +97,7 @@ impl Running {
             start,
             last: start,
             aiding,
+            guide: None,
             motion: None,
             rest: Rest::new(attitude),
             noise_at_rest: NoiseAtRest::default(),
@@ -184,6 +189,11 @@ impl Running {
                 self.judge_pair(&[east, north]);
             }
         }
+        if let Some(guide) = &self.guide
+            && let Some(navigation) = guide.at(interval.stamp)
+        {
+            self.filter.move_to(navigation);
+        }
         if let (Some(joints), Some(accuracy)) = (joints, &settings.encoders) {
             let (stamp, turntable) = (interval.stamp, settings.turntable);
             self.encoders.take(
@@ -195,8 +205,9 @@ impl Running {
                 &mut self.filter,
             );
         }
+        self.filter.mark(interval.stamp);
         advance.stepped = true;
-        let attitude = self.filter.navigation().attitude;
+        let attitude = self.filter.believed().attitude;
         self.turned |= attitude.angle_to(&self.reference_attitude) > settings.turn_rad;
         if settings.witness {
             let lies = matches!(self.aiding.reference(), Reference::Moored { .. });
@@ -266,7 +277,7 @@ impl Running {
 
     /// Makes the judge's tests.
     fn look(&mut self, model: ModelChoice) {
-        let states = self.filter.estimate();
+        let states = self.filter.estimate_about_believed();
         let testimony = self.witness.as_ref().map(Witness::testimony);
         let looked = Looked {
             testimony: testimony.as_ref(),
@@ -274,7 +285,8 @@ impl Running {
             filter: &self.filter,
             states: &states,
             prior: &self.prior,
-            azimuth_rad: self.azimuth_rad,
+            linearity: self.linearity(),
+            attitude: self.filter.believed().attitude,
             model,
             turned: self.turned,
             // A ship that moves makes noise of her own.
@@ -286,6 +298,17 @@ impl Running {
             },
         };
         self.findings = looked.findings().into();
+    }
+
+    /// Whether it began near enough: how uncertain the azimuth was, about which it is linear. Of another pass that is what the
+    /// one before it left, and by how much this one has turned it.
+    pub(super) fn linearity(&self) -> Finding {
+        let figure = self.guide.as_ref().map_or(self.azimuth_rad, |guide| {
+            let turned =
+                self.filter.believed().attitude * self.filter.navigation().attitude.inverse();
+            turned.scaled_axis().z.hypot(guide.azimuth_sigma_rad)
+        });
+        Finding::linearity(figure)
     }
 
     /// One-sigma of the azimuth \[rad\].

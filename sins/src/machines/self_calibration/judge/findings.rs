@@ -1,5 +1,6 @@
 //! What the judge's tests found, each with a figure, its bound and a sentence.
 
+use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::super::ModelChoice;
@@ -100,6 +101,16 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// On how uncertain the azimuth is about which a filter is linear \[rad\].
+    pub(in crate::machines::self_calibration) fn linearity(azimuth_rad: f64) -> Self {
+        Self {
+            test: Test::Linearity,
+            figure: azimuth_rad,
+            bound: LINEAR_RAD,
+            about: None,
+        }
+    }
+
     /// Whether the figure is within its bound; not a number is not.
     pub fn passes(&self) -> bool {
         self.figure <= self.bound
@@ -196,7 +207,9 @@ pub(in crate::machines::self_calibration) struct Looked<'a> {
     pub(in crate::machines::self_calibration) filter: &'a AnyFilter,
     pub(in crate::machines::self_calibration) states: &'a StateEstimate,
     pub(in crate::machines::self_calibration) prior: &'a StateValues,
-    pub(in crate::machines::self_calibration) azimuth_rad: f64,
+    pub(in crate::machines::self_calibration) linearity: Finding,
+    /// Attitude of the block as the filter believes it to be.
+    pub(in crate::machines::self_calibration) attitude: UnitQuaternion<f64>,
     pub(in crate::machines::self_calibration) model: ModelChoice,
     pub(in crate::machines::self_calibration) turned: bool,
     /// The noisiest axis (gyroscopes, then accelerometers) against what was told: how much noisier, and how much that may be.
@@ -206,12 +219,7 @@ pub(in crate::machines::self_calibration) struct Looked<'a> {
 impl Looked<'_> {
     /// What can be judged by now.
     pub(in crate::machines::self_calibration) fn findings(&self) -> Vec<Finding> {
-        let mut findings = vec![Finding {
-            test: Test::Linearity,
-            figure: self.azimuth_rad,
-            bound: LINEAR_RAD,
-            about: None,
-        }];
+        let mut findings = vec![self.linearity];
         findings.extend(self.farthest());
         if let Some((figure, bound)) = self.joints.turn() {
             findings.push(Finding {
@@ -314,8 +322,7 @@ impl Looked<'_> {
 
     /// The greatest difference to the witness.
     fn apart(&self, testimony: &Testimony) -> Option<Finding> {
-        let attitude = self.filter.navigation().attitude;
-        let misalignment = (testimony.attitude * attitude.inverse()).scaled_axis();
+        let misalignment = (testimony.attitude * self.attitude.inverse()).scaled_axis();
         let mut worst: Option<Finding> = None;
         for (state, name) in NINE_NAMES.into_iter().enumerate() {
             let (sigma, label) = (self.states.sigma(name)?, model::label(name)?);
