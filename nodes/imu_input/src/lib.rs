@@ -4,6 +4,14 @@ use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use sins::Stamp;
 use sins::stream::counts::StreamCounts;
 
+/// Names of frames are no longer.
+const LONGEST_FRAME: usize = 256;
+
+/// Whether the name of a frame is taken over into what is published: there is one, and no message grows large by it.
+pub fn is_frame(name: &str) -> bool {
+    (1..=LONGEST_FRAME).contains(&name.len())
+}
+
 /// How the samples come: their arrival, their rate, and what the machine counts of them.
 pub fn samples_report(
     watch: &InputWatch,

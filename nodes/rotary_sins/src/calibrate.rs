@@ -35,6 +35,9 @@ pub struct Options {
     /// Write the calibration to this file
     #[arg(long, value_name = "FILE.yaml")]
     output: Option<PathBuf>,
+    /// Replace FILE.yaml where it is there already
+    #[arg(long)]
+    force: bool,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -105,6 +108,9 @@ struct Report {
 /// Runs the whole bag through the machine.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
+    if let Some(path) = &options.output {
+        output::check(path, Some(bag.path()), options.force)?;
+    }
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
     let mut calibrator = SelfCalibration::new(settings.clone())?;

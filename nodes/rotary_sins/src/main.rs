@@ -31,6 +31,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+#[global_allocator]
+static ALLOCATOR: ros_node::BoundedAllocator = ros_node::BoundedAllocator;
+
 /// Self-calibration of a dual-axis rotary strapdown inertial navigation system.
 #[derive(Parser)]
 #[command(version)]
