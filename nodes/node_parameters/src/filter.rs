@@ -12,7 +12,7 @@ use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
 use crate::axes;
-use crate::groups::{GradeChoice, groups};
+use crate::groups::{GradeChoice, groups, readable};
 use crate::units::{
     ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
     MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
@@ -102,7 +102,8 @@ pub struct FilterParameters {
 
 impl From<Settings> for FilterParameters {
     /// As these settings have it.
-    fn from(settings: Settings) -> Self {
+    fn from(mut settings: Settings) -> Self {
+        settings.groups = readable(settings.groups);
         let moored = |reference| match reference {
             Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => Some(sigma_m_s),
             Reference::Measured { .. } | Reference::Position { .. } => None,
