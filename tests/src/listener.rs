@@ -63,6 +63,30 @@ impl Listener {
             .unwrap_or_else(|error| panic!("{service}: {error}"))
     }
 
+    /// Asks a service so many times, one call behind the other.
+    pub fn call_often<Request, Response>(
+        &self,
+        service: &str,
+        kind: &str,
+        request: &Request,
+        times: usize,
+    ) where
+        Request: Message + Clone + 'static,
+        Response: Message + Clone + 'static,
+    {
+        let client = {
+            let _context = self.runtime.enter();
+            self.node
+                .client::<Request, Response>(service, kind)
+                .unwrap()
+        };
+        self.runtime.block_on(async {
+            for _ in 0..times {
+                client.call(request.clone(), GUARD).await.unwrap();
+            }
+        });
+    }
+
     /// Asks a service of `std_srvs/srv/Trigger`, and waits for its answer.
     pub fn trigger(&self, service: &str) -> TriggerResponse {
         self.call(service, TRIGGER, TriggerRequest::default())

@@ -52,24 +52,20 @@ pub fn samples_report(
         );
     }
     let topic = watch.topic();
-    let mut faults = Vec::new();
-    if counts.gaps > 0 {
-        faults.push(format!(
-            "{} gaps, {} samples lost",
-            counts.gaps, counts.lost
-        ));
+    let gaps = format!(
+        "{topic}: {} gaps, {} samples lost",
+        counts.gaps, counts.lost
+    );
+    let refused = format!("{topic}: {} samples refused", counts.refused());
+    let restarts = format!("{topic}: the clock was broken {} times", counts.restarts);
+    let report = report
+        .counted(Level::Warn, "gaps", counts.gaps, &gaps)
+        .counted(Level::Warn, "refused", counts.refused(), &refused)
+        .counted(Level::Warn, "restarts", counts.restarts, &restarts);
+    match publishers.several() {
+        Some(several) => report.worsened(Level::Warn, &format!("{topic}: {several}")),
+        None => report,
     }
-    if counts.refused() > 0 {
-        faults.push(format!("{} samples refused", counts.refused()));
-    }
-    if counts.restarts > 0 {
-        faults.push(format!("the clock was broken {} times", counts.restarts));
-    }
-    faults.extend(publishers.several());
-    if faults.is_empty() {
-        return report;
-    }
-    report.worsened(Level::Warn, &format!("{topic}: {}", faults.join(", ")))
 }
 
 /// Who publishes on the topic of the samples; says it once where it is more than one.

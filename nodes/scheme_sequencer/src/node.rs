@@ -310,12 +310,12 @@ impl Shared {
             )
             .with("position", &status.position)
             .with("gaps in the joint states", gaps);
-        if gaps > 0 {
-            report = report.worsened(
-                Level::Warn,
-                &format!("{}, {gaps} gaps in the joint states", state.name()),
-            );
-        }
+        report = report.counted(
+            Level::Warn,
+            "gaps",
+            gaps,
+            &format!("{}, {gaps} gaps in the joint states", state.name()),
+        );
         if let Some(action) = self.table.action() {
             let error = machine.goal.tracking_error_rad.to_degrees();
             report = report

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use ros_node::Qos;
-use rotary_sins_msgs::SelfCalibrationEstimate;
+use ros2_client::parameters::{ParameterValue, raw};
+use ros2_client::rcl_interfaces as rcl;
+use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use suite_tests::{
     Chance, Intruder, Listener, Prefix, Program, Running, Scene, fragment_of, gap, heartbeat,
     isolated, namespaces_are_permitted, skip, wait_until,
@@ -205,5 +207,67 @@ fn a_flood_of_damaged_datagrams_is_lived_through() {
         println!("{FLOOD} datagrams, at most {peak:?} MiB\n{ends}");
         // One that was started a moment ago may not have listened to signals yet: they are ended as they stand.
         assert!(nodes.iter_mut().all(Running::is_running));
+    });
+}
+
+/// Processor time that a process has used \[s\].
+fn processor_s(running: &Running) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", running.id())).unwrap();
+    let behind_name = stat.rsplit_once(')').unwrap().1;
+    let ticks = |field: usize| -> f64 {
+        let value = behind_name.split_whitespace().nth(field).unwrap();
+        value.parse().unwrap()
+    };
+    (ticks(11) + ticks(12)) / 100.0
+}
+
+/// A parameter of two megabytes of name, a calibration of two megabytes of source, and 2000 calls one behind the other: answers and lines stay
+/// short, and the node has its time for its work. (A name of two megabytes took minutes to be compared with those that there are.)
+#[test]
+fn long_names_and_many_calls_cost_nothing() {
+    isolated(|| {
+        let scene = Scene::new("long_names");
+        let mut node = scene.start_apart(&Program::new("navigation_compensator"));
+        let listener = Listener::new();
+        let long = "x".repeat(2_000_000);
+        let parameter = |name: &str| {
+            let value = raw::ParameterValue::from(ParameterValue::Double(1.0));
+            let name = name.to_owned();
+            rcl::SetParametersRequest {
+                parameter: vec![raw::Parameter { name, value }],
+            }
+        };
+        let set = |name: &str| -> rcl::SetParametersResponse {
+            let service = "/navigation_compensator/set_parameters";
+            listener.call(service, "rcl_interfaces/srv/SetParameters", parameter(name))
+        };
+        let before = processor_s(&node);
+        let result = set(&long).results.remove(0);
+        assert!(!result.successful);
+        let reason = &result.reason;
+        assert!(
+            reason.len() < 20_000 && reason.contains("(2000000 bytes)"),
+            "{reason:.200}"
+        );
+        let calibrations =
+            listener.speak::<Calibration>("/self_calibration/calibration", Qos::latched(1));
+        let mut calibration = Calibration::default();
+        calibration.source.clone_from(&long);
+        calibrations.publish(calibration).left_to_diagnostics();
+        let request = rcl::GetParametersRequest {
+            names: vec!["use_sim_time".to_owned()],
+        };
+        listener.call_often::<_, rcl::GetParametersResponse>(
+            "/navigation_compensator/get_parameters",
+            "rcl_interfaces/srv/GetParameters",
+            &request,
+            2000,
+        );
+        let used = processor_s(&node) - before;
+        node.interrupt();
+        let longest = node.log().lines().map(str::len).max().unwrap();
+        println!("{used} s of processor time, lines of at most {longest} bytes");
+        assert!(longest < 1000, "a line of {longest} bytes");
+        assert!(used < 10.0, "{used} s of processor time");
     });
 }

@@ -116,6 +116,40 @@ fn killed_nodes_go_on_where_they_stood() {
     });
 }
 
+/// A subscriber that is killed, and says no farewell, costs the others nothing: the simulator's window does not fill up with what it will
+/// never acknowledge, and the calibrator misses no sample.
+#[test]
+fn a_killed_subscriber_halts_nobody() {
+    isolated(|| {
+        let scene = Scene::new("killed_subscriber");
+        let listener = Listener::new();
+        let estimates = listener
+            .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(100));
+        let mut calibrator = scene
+            .start_apart(&Program::new("self_calibrator").parameter("coarse_alignment_s", "60.0"));
+        let mut compensator = scene.start_apart(&Program::new("navigation_compensator"));
+        let mut table = scene.start_apart(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "20.0")
+                .parameter("speed", "20.0")
+                .parameter("wait_for_subscribers", "[\"imu/data_raw:2\"]"),
+        );
+        estimates.wait_for("an estimate with numbers", |estimate| {
+            estimate.phase >= SelfCalibrationEstimate::FINE_ALIGNMENT
+        });
+        compensator.kill();
+        let before = estimates.latest().unwrap();
+        // Eight windows of a thousand samples.
+        let last = estimates.wait_for("400 s later", |estimate| {
+            estimate.duration > before.duration + 400.0
+        });
+        assert_eq!((last.gaps, last.lost_samples), (0, 0));
+        table.interrupt();
+        assert!(!table.log().contains("dropped"), "{}", table.log());
+        calibrator.interrupt();
+    });
+}
+
 /// How long a process is stopped: as long as a hand takes for Ctrl-Z and `fg`.
 const STOPPED: Duration = Duration::from_millis(500);
 

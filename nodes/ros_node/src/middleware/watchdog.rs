@@ -1,6 +1,6 @@
 //! Notices that the middleware does not work any more, whatever way that came about.
 //!
-//! Three things are looked at, twice a second, from a thread that nothing of RustDDS can hold up:
+//! Three things are looked at, from a thread that nothing of RustDDS can hold up:
 //! - **A thread of RustDDS is gone.** It never comes back; there is no false alarm.
 //! - **A thread of RustDDS stands still**: it has been waiting since the last look, and has not woken up in between, for
 //!   [`STILL`] looks in a row. Its loops wake up every 2 s and every 5 s with nothing to do, so it is locked up. A thread that is slow
@@ -22,10 +22,14 @@ use crate::logging;
 use crate::shutdown::Shutdown;
 use crate::supervisor::Limits;
 
-/// Between two looks.
-const PERIOD: Duration = Duration::from_millis(500);
+/// Between two looks at the memory, which grows by a gigabyte a second at worst.
+const SOON: Duration = Duration::from_millis(200);
+/// Looks at the memory for one at the threads.
+const LOOKS: u32 = 5;
+/// Between two looks at the threads.
+const PERIOD: Duration = Duration::from_secs(1);
 /// Looks at which a thread that waits must have woken up at least once.
-const STILL: u32 = 60;
+const STILL: u32 = 30;
 /// What a main function without a limit has, to end.
 const LONGEST: Duration = Duration::from_secs(300);
 /// What the rest of the process has, beside its main function.
@@ -76,8 +80,10 @@ impl Watchdog {
 
 /// Why the middleware does not work any more; `None` where the node ends before.
 fn look_after(mut watch: Watch, memory: u64, orders: &Receiver<()>) -> Option<String> {
+    let mut look = 0_u32;
     loop {
-        match orders.recv_timeout(PERIOD) {
+        look = look.wrapping_add(1);
+        match orders.recv_timeout(SOON) {
             Err(RecvTimeoutError::Timeout) => {}
             _ => return None,
         }
@@ -85,7 +91,8 @@ fn look_after(mut watch: Watch, memory: u64, orders: &Receiver<()>) -> Option<St
             return Some(reason);
         }
         // What cannot be read now can be at the next look.
-        if let Ok(now) = threads::of_middleware(Path::new(threads::OWN))
+        if look.is_multiple_of(LOOKS)
+            && let Ok(now) = threads::of_middleware(Path::new(threads::OWN))
             && let Some(reason) = watch.look(&now)
         {
             return Some(reason);
@@ -171,7 +178,7 @@ mod tests {
         assert!(watch.look(&seen(asleep(), Some(other))).is_some());
     }
 
-    /// A thread that waits and never wakes up is told after sixty looks. One that wakes up now and then, is kept from working by a
+    /// A thread that waits and never wakes up is told after thirty looks. One that wakes up now and then, is kept from working by a
     /// busy machine, or is stopped, is not, however long it is looked at.
     #[test]
     fn only_a_thread_that_stands_still_is_told() {

@@ -8,6 +8,8 @@
 //! RustDDS has no list of peers either. [`announce`] sends the announcement of our participant to the peers of
 //! `ROS_STATIC_PEERS`, from where both sides go on by unicast (RTPS 2.5, 8.5.3; `docs/upstream/rustdds-initial-peers.md`).
 
+pub(crate) mod departures;
+
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::time::Duration;
