@@ -18,6 +18,7 @@ mod navigate;
 mod observability;
 mod output;
 mod parameter_options;
+mod passes;
 mod play;
 mod progress;
 mod record;

@@ -204,7 +204,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         bag.path().display()
     );
     let counts = navigator.stream().counts();
-    let pose = pose_covariance(&last.compensated);
+    let pose = pose_covariance(&last.compensated.navigation, &last.compensated.covariance);
     let report = Report {
         max_position_error_nmi: with.largest,
         max_position_error_uncompensated_nmi: without.largest,

@@ -8,13 +8,15 @@ use serde::{Deserialize, Serialize};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
-use super::encoders::Encoders;
-use super::judge::{Evidence, Joints, Judge, Witness};
+use super::judge::{Evidence, Judge, Witness};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
+use super::ship_motion::ShipMotion;
 use super::smoothing::Guide;
-use super::{Estimate, Event, ModelChoice, Phase, Reference, SampleReport, Settings, Thresholds};
+use super::{
+    Estimate, Event, ModelChoice, NoiseFrom, Phase, Reference, SampleReport, Settings, Thresholds,
+};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
@@ -131,10 +133,10 @@ impl Estimator {
         own + self.tape.as_ref().map_or(0, Tape::bytes)
     }
 
-    /// Whether the filter began near enough to be linear; `None` while none runs.
-    pub(super) fn is_linear(&self) -> Option<bool> {
+    /// Whether another pass would be about another point; `None` while no filter runs.
+    pub(super) fn wants_another_pass(&self) -> Option<bool> {
         match &self.stage {
-            Stage::Running(run) => Some(run.linearity().passes()),
+            Stage::Running(run) => Some(run.wants_another_pass()),
             Stage::Idle | Stage::Gathering(_) => None,
         }
     }
@@ -392,12 +394,17 @@ impl Estimator {
             velocity: Vector3::zeros(),
             position,
         };
-        let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
         let guided = self
             .guide
             .as_ref()
             .and_then(|guide| guide.at(gathering.start).copied());
         let guide = self.guide.clone().filter(|_| guided.is_some());
+        let at_rest = match self.settings.noise_from {
+            NoiseFrom::Samples => None,
+            NoiseFrom::Rest => gathering.at_rest.whole(),
+        };
+        let noise = self.settings.noise.or(at_rest);
+        let noise = noise.unwrap_or_else(|| gathering.noise());
         let beginning = Beginning {
             place,
             known: known.as_ref(),
@@ -406,37 +413,24 @@ impl Estimator {
             noise,
             guide: guide.as_deref().zip(guided),
         };
-        let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
+        let gone_over = |reference: Reference, motion: Option<ShipMotion>| -> GoneOver {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
             let (mut filter, prior) = beginning.any_filter(&self.settings, reference)?;
             filter.record(self.records);
             filter.mark(gathering.start);
-            let mut run = Running {
-                filter,
-                prior,
-                guide: guide.clone(),
-                start: gathering.start,
-                last: gathering.start,
-                aiding: Aiding::new(reference, schedule),
-                encoders: Encoders::default(),
-                judge: self.judge_before.as_ref().map_or_else(
-                    || Judge::new(&self.settings),
-                    |before| before.of_next_alignment(&self.settings),
-                ),
-                normalized: (0.0, 0),
-                witness: if self.settings.witness {
-                    Some(Witness::new(place, noise, &self.settings, reference)?)
-                } else {
-                    None
-                },
-                joints: Joints::default(),
-                findings: Arc::default(),
-                azimuth_rad: 0.0,
-                steps: 0,
-                reference_attitude: coarse.at_start,
-                turned: false,
-                reference_vehicle: coarse.at_start,
-            };
+            let judge = self.judge_before.as_ref().map_or_else(
+                || Judge::new(&self.settings),
+                |before| before.of_next_alignment(&self.settings),
+            );
+            let aiding = Aiding::new(reference, schedule);
+            let mut run = Running::new((filter, prior), gathering.start, aiding, judge);
+            run.motion = motion;
+            run.guide.clone_from(&guide);
+            if self.settings.witness {
+                let moves_m_s = motion.map_or(0.0, |motion| motion.sigma_m_s(0));
+                let witness = Witness::new(place, noise, &self.settings, reference, moves_m_s)?;
+                run.witness = Some(witness);
+            }
             let (mut last_update, mut missing) = (None, 0);
             for interval in &gathering.backlog {
                 let advance = run.advance(interval, &self.settings, None)?;
@@ -447,22 +441,14 @@ impl Estimator {
             }
             Ok((run, last_update, missing))
         };
-        let (mut run, last_update, missing) = match self.settings.reference {
-            Reference::Auto {
-                sigma_m_s,
-                patience_s,
-            } => {
-                let moored = gone_over(Reference::Moored { sigma_m_s });
-                let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
-                let are_enough = positions.count() >= LEAST_POSITIONS;
-                match moored {
-                    Ok(moored) if !(are_enough && moored.0.moves()) => moored,
-                    Err(error) if !are_enough => return Err(error),
-                    _ => gone_over(Reference::Position { patience_s })?,
-                }
-            }
-            reference => gone_over(reference)?,
-        };
+        let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
+        let has_positions = positions.count() >= LEAST_POSITIONS;
+        let (mut run, last_update, missing) = by_reference(
+            self.settings.reference,
+            has_positions,
+            coarse.residual_m_s,
+            &gone_over,
+        )?;
         self.missing_velocities += missing;
         if run.guide.is_none() {
             run.filter.close_loop();
@@ -534,6 +520,9 @@ impl Estimator {
             testimony: run.witness.as_ref().map(Witness::testimony),
             findings: run.findings.clone(),
             encoders: run.encoders.usage(),
+            noise: *run.filter.noise(),
+            noise_at_rest: run.noise_at_rest.densities(),
+            ship_motion_m_s: run.motion.map(|motion| motion.sigmas_m_s()),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
         };
@@ -542,11 +531,51 @@ impl Estimator {
     }
 }
 
+/// Variance of the ship's velocity over the mean of the last minutes: waves come in groups.
+const WAVE_GROUPS: f64 = 2.0;
+
 /// So many positions in an alignment can tell how the ship moves.
 const LEAST_POSITIONS: usize = 30;
 
 /// One-sigma of an antenna's arm that was told \[m\].
 const TOLD_ARM_M: f64 = 0.1;
+
+/// A filter that has gone over the alignment's samples, its last update, and the velocities that were missing.
+type GoneOver = Result<(Running, Option<Stamp>, u64), Error>;
+
+/// Goes over the samples with the reference that suits how the ship lies. One that is seen to move is gone over once more: with her
+/// positions where they may be taken and are enough, else with the motion that the coarse alignment left unexplained.
+fn by_reference(
+    reference: Reference,
+    has_positions: bool,
+    residual_m_s: f64,
+    gone_over: &dyn Fn(Reference, Option<ShipMotion>) -> GoneOver,
+) -> GoneOver {
+    let (sigma_m_s, patience_s) = match reference {
+        Reference::Auto {
+            sigma_m_s,
+            patience_s,
+        } => (sigma_m_s, Some(patience_s).filter(|_| has_positions)),
+        Reference::Moored { sigma_m_s } => (sigma_m_s, None),
+        Reference::Measured { .. } | Reference::Position { .. } => {
+            return gone_over(reference, None);
+        }
+    };
+    let lies = Reference::Moored { sigma_m_s };
+    let first = gone_over(lies, None);
+    let moves = first.as_ref().map_or(true, |first| first.0.moves());
+    if let Some(patience_s) = patience_s.filter(|_| moves) {
+        return gone_over(Reference::Position { patience_s }, None);
+    }
+    let motion =
+        |starting_m_s| Some(ShipMotion::new(starting_m_s, sigma_m_s).with_allowance(WAVE_GROUPS));
+    let mut first = first?;
+    if moves && residual_m_s > sigma_m_s {
+        return gone_over(lies, motion(residual_m_s));
+    }
+    first.0.motion = motion(0.0);
+    Ok(first)
+}
 
 /// What a filter begins with.
 struct Beginning<'a> {

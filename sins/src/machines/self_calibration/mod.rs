@@ -24,10 +24,13 @@ mod estimator;
 mod event;
 mod further_errors;
 mod judge;
+mod noise_at_rest;
+mod rest;
 mod running;
 mod schedule;
 mod sensor_knowledge;
 mod settings;
+mod ship_motion;
 mod smoothing;
 mod snapshot;
 mod thresholds;
@@ -44,7 +47,7 @@ pub use judge::{
 };
 pub(in crate::machines) use sensor_knowledge::SensorKnowledge;
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};
+pub use settings::{Antenna, ModelChoice, NoiseFrom, Reference, Settings, default_noise};
 pub use smoothing::{Guide, Replay, Smoothing, TAPE_BYTES};
 pub use snapshot::Snapshot;
 pub use thresholds::Thresholds;
@@ -149,9 +152,11 @@ impl SelfCalibration {
         self.estimator.tape_bytes()
     }
 
-    /// Whether the filter began near enough to the truth for one pass, by the judge's test `linearity`; `None` while no filter runs.
-    pub fn is_linear(&self) -> Option<bool> {
-        self.estimator.is_linear()
+    /// Whether another pass ([`Self::guided`]) is worth its time: the first one began with an azimuth that was uncertain by more
+    /// than a degree, or the present one has turned the azimuth of the one before by more than a third of its sigma. `None` while no
+    /// filter runs.
+    pub fn wants_another_pass(&self) -> Option<bool> {
+        self.estimator.wants_another_pass()
     }
 
     /// The settings it works with.
