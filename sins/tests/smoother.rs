@@ -18,7 +18,7 @@ use sins::machines::self_calibration::{
     Estimate, Event, Guide, ModelChoice, Reference, SelfCalibration, Settings, Smoothing,
 };
 use sins::sensor::{PositionMeasurement, SensorErrors, VelocityMeasurement};
-use sins::simulation::{Run, SensorGrade, Simulator, SimulatorSettings};
+use sins::simulation::{NoiseReading, Run, SensorGrade, Simulator, SimulatorSettings};
 use sins::stream::Reading;
 use sins::studies::monte_carlo::mean_nees_bounds;
 use sins::table::scheme::sequencer::SequencerSettings;
@@ -120,6 +120,7 @@ struct Passed {
     last: Estimate,
     epochs: Vec<Smoothed>,
     replays: usize,
+    wants_another: bool,
 }
 
 fn pass(machine: SelfCalibration, record: &Record, tape_bytes: usize) -> Passed {
@@ -134,6 +135,7 @@ fn pass(machine: SelfCalibration, record: &Record, tape_bytes: usize) -> Passed 
         }
     }
     let last = smoothing.finish().unwrap();
+    let wants_another = smoothing.machine().wants_another_pass().unwrap();
     let mut replays = 0;
     while let Some(replay) = smoothing.rewind() {
         replays += 1;
@@ -147,6 +149,7 @@ fn pass(machine: SelfCalibration, record: &Record, tape_bytes: usize) -> Passed 
         last,
         epochs: smoothing.into_epochs(),
         replays,
+        wants_another,
     }
 }
 
@@ -292,4 +295,63 @@ fn windows_give_the_same_epochs() {
     assert!(windows.replays >= 2, "{}", windows.replays);
     assert_eq!(whole.epochs, windows.epochs);
     assert_eq!(whole.epochs.len(), 1800);
+}
+/// Drifts of 0.5 deg/h and biases of 300 ug, drawn from priors that say so, of a sensor so quiet that their products show (0.001
+/// deg/h/√Hz): a second pass about what the first one found is consistent at its end and in the middle of its record, and the first
+/// is not. A third changes nothing. Every pass says whether another one is worth it.
+#[test]
+fn a_second_pass_is_consistent_where_errors_are_great() {
+    great_errors(6, 0.5, 10.0, NoiseReading::H, 2.0);
+}
+
+/// The same with more seeds, and with more noise and drifts of 0.5 and 3 deg/h, for the figures in docs/smoother.md (some minutes).
+#[test]
+#[ignore = "the figures of the manual: some minutes"]
+fn second_passes_of_many_seeds_are_consistent() {
+    great_errors(20, 0.5, 10.0, NoiseReading::H, 4.0);
+    great_errors(20, 3.0, 20.0, NoiseReading::D, 4.0);
+}
+
+/// Drifts \[deg/h\] with a prior that says so, and one for the azimuth \[deg\].
+fn great_errors(seeds: u64, drift: f64, azimuth: f64, noise: NoiseReading, hours: f64) {
+    let mut settings = measured();
+    settings.prior.gyroscope_drift_rad_s = Vector3::repeat(drift * DEG_PER_HOUR);
+    settings.prior.accelerometer_bias_m_s2 = Vector3::repeat(300.0 * MICRO_G);
+    settings.prior.misalignment_rad.z = azimuth.to_radians();
+    let runs: Vec<_> = (1..=seeds)
+        .into_par_iter()
+        .map(|seed| {
+            let record = record(seed, hours, |world| {
+                world.imu.errors = drawn(seed, drift, 300.0);
+                world.imu.noise = noise.density();
+            });
+            let machine = || SelfCalibration::new(settings.clone()).unwrap();
+            let first = pass(machine(), &record, usize::MAX);
+            let guide = Guide::new(&first.epochs, &first.last).unwrap();
+            let second = pass(machine().guided(guide), &record, usize::MAX);
+            let guide = Guide::new(&second.epochs, &second.last).unwrap();
+            let third = pass(machine().guided(guide), &record, usize::MAX);
+            let middle = second.epochs.len() / 2;
+            let wants = [first.wants_another, third.wants_another];
+            assert_eq!(wants, [true, false], "seed {seed}");
+            [
+                nees_of_estimate(&record, &first.last),
+                nees_of_estimate(&record, &second.last),
+                nees_of_epoch(&record, &second.epochs[middle]),
+                nees_of_estimate(&record, &third.last),
+            ]
+        })
+        .collect();
+    let mean = |k: usize| runs.iter().map(|nees| nees[k]).sum::<f64>() / seeds as f64;
+    let means = [0, 1, 2, 3].map(mean);
+    println!(
+        "drifts of {drift} deg/h: mean NEES of nine of the first pass {:.1}, the second {:.1}, in its middle {:.1}, the third {:.1}",
+        means[0], means[1], means[2], means[3]
+    );
+    let [low, high] = mean_nees_bounds(seeds, 0.999);
+    assert!(means[0] > high, "{runs:?}");
+    for mean in &means[1..] {
+        assert!((low..high).contains(mean), "{runs:?}");
+    }
+    assert!((means[3] - means[1]).abs() < 0.1, "{means:?}");
 }

@@ -19,6 +19,7 @@ mod navigate;
 mod observability;
 mod output;
 mod parameter_options;
+mod passes;
 mod play;
 mod progress;
 mod record;

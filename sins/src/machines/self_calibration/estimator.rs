@@ -133,10 +133,10 @@ impl Estimator {
         own + self.tape.as_ref().map_or(0, Tape::bytes)
     }
 
-    /// Whether the filter began near enough to be linear; `None` while none runs.
-    pub(super) fn is_linear(&self) -> Option<bool> {
+    /// Whether another pass would be about another point; `None` while no filter runs.
+    pub(super) fn wants_another_pass(&self) -> Option<bool> {
         match &self.stage {
-            Stage::Running(run) => Some(run.linearity().passes()),
+            Stage::Running(run) => Some(run.wants_another_pass()),
             Stage::Idle | Stage::Gathering(_) => None,
         }
     }
@@ -394,17 +394,17 @@ impl Estimator {
             velocity: Vector3::zeros(),
             position,
         };
+        let guided = self
+            .guide
+            .as_ref()
+            .and_then(|guide| guide.at(gathering.start).copied());
+        let guide = self.guide.clone().filter(|_| guided.is_some());
         let at_rest = match self.settings.noise_from {
             NoiseFrom::Samples => None,
             NoiseFrom::Rest => gathering.at_rest.whole(),
         };
         let noise = self.settings.noise.or(at_rest);
         let noise = noise.unwrap_or_else(|| gathering.noise());
-        let guided = self
-            .guide
-            .as_ref()
-            .and_then(|guide| guide.at(gathering.start).copied());
-        let guide = self.guide.clone().filter(|_| guided.is_some());
         let beginning = Beginning {
             place,
             known: known.as_ref(),

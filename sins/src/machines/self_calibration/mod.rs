@@ -152,9 +152,11 @@ impl SelfCalibration {
         self.estimator.tape_bytes()
     }
 
-    /// Whether the filter began near enough to the truth for one pass, by the judge's test `linearity`; `None` while no filter runs.
-    pub fn is_linear(&self) -> Option<bool> {
-        self.estimator.is_linear()
+    /// Whether another pass ([`Self::guided`]) is worth its time: the first one began with an azimuth that was uncertain by more
+    /// than a degree, or the present one has turned the azimuth of the one before by more than a third of its sigma. `None` while no
+    /// filter runs.
+    pub fn wants_another_pass(&self) -> Option<bool> {
+        self.estimator.wants_another_pass()
     }
 
     /// The settings it works with.

@@ -42,6 +42,12 @@ pub(super) struct Advance {
     pub(super) passage: Option<Passage>,
 }
 
+/// A filter whose azimuth was surer than this when the loop closed needs no second pass, one-sigma \[rad\]: with a drift that
+/// explains such an azimuth, their product is below 0.004 deg/h.
+const NEAR_RAD: f64 = 0.0175;
+/// A pass that turns the azimuth of the one before it by less than this share of its sigma is the last one.
+const STEADY: f64 = 0.3;
+
 /// Mean normalized innovation squared of a pair above which the ship moves; a still one has two at most.
 const MOVES: f64 = 4.0;
 
@@ -94,6 +100,7 @@ impl Running {
         Self {
             filter,
             prior,
+            guide: None,
             start,
             last: start,
             aiding,
@@ -304,11 +311,25 @@ impl Running {
     /// one before it left, and by how much this one has turned it.
     pub(super) fn linearity(&self) -> Finding {
         let figure = self.guide.as_ref().map_or(self.azimuth_rad, |guide| {
-            let turned =
-                self.filter.believed().attitude * self.filter.navigation().attitude.inverse();
-            turned.scaled_axis().z.hypot(guide.azimuth_sigma_rad)
+            self.azimuth_turned_rad().hypot(guide.azimuth_sigma_rad)
         });
         Finding::linearity(figure)
+    }
+
+    /// By how much it has turned the azimuth about which it is linear \[rad\].
+    fn azimuth_turned_rad(&self) -> f64 {
+        let linear_about = self.filter.navigation().attitude;
+        let turned = self.filter.believed().attitude * linear_about.inverse();
+        turned.scaled_axis().z.abs()
+    }
+
+    /// Whether another pass would be about another point.
+    pub(super) fn wants_another_pass(&self) -> bool {
+        if self.guide.is_some() {
+            self.azimuth_turned_rad() > STEADY * self.azimuth_sigma_rad()
+        } else {
+            self.azimuth_rad > NEAR_RAD
+        }
     }
 
     /// One-sigma of the azimuth \[rad\].

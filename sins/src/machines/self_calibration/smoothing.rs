@@ -83,10 +83,10 @@ impl Smoothing {
         &self.machine
     }
 
-    /// Gives the machine back; what it has left for smoothing is dropped.
-    pub fn into_machine(mut self) -> SelfCalibration {
+    /// Nothing is to be smoothed after all: drops what has been kept, and keeps nothing more.
+    pub fn keep_nothing(&mut self) {
         self.machine.record(false);
-        self.machine
+        self.windows.clear();
     }
 
     fn open_window(&mut self) {
