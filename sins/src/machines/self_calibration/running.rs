@@ -104,7 +104,6 @@ impl Running {
             start,
             last: start,
             aiding,
-            guide: None,
             motion: None,
             rest: Rest::new(attitude),
             noise_at_rest: NoiseAtRest::default(),
