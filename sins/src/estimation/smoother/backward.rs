@@ -82,8 +82,8 @@ impl Backward {
         let row = |r: usize| &rows[r * count..(r + 1) * count];
         let decay = |state: usize| decay.get(state).copied().unwrap_or(1.0);
         let mut adjoint = vec![0.0; count];
-        for state in moving..count {
-            adjoint[state] = decay(state) * self.adjoint[state];
+        for (state, element) in adjoint.iter_mut().enumerate().skip(moving) {
+            *element = decay(state) * self.adjoint[state];
         }
         for r in 0..moving {
             add(&mut adjoint, self.adjoint[r], row(r));
@@ -115,8 +115,8 @@ impl Backward {
             for state in moving..count {
                 result[state] = decay(state) * product[state];
             }
-            for r in 0..moving {
-                add(result, product[r], row(r));
+            for (r, factor) in product[..moving].iter().enumerate() {
+                add(result, *factor, row(r));
             }
         }
         self.symmetrize();
@@ -150,8 +150,8 @@ impl Backward {
         let own = dot(gain, by_gain) + 1.0 / variance;
         for (state, coefficient) in entries.clone() {
             self.adjoint[state] -= coefficient * lowered;
-            for other in 0..count {
-                let change = coefficient * by_gain[other];
+            for (other, value) in by_gain.iter().enumerate() {
+                let change = coefficient * value;
                 self.matrix[state * count + other] -= change;
                 self.matrix[other * count + state] -= change;
             }

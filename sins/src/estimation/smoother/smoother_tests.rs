@@ -84,7 +84,7 @@ fn here() -> NavigationState {
 
 /// The filter over the world, its smoothed epochs from the first on, and the last state and covariance of the filter. `cuts` says
 /// after which steps the tape is taken out.
-fn smoothed(world: &World, cuts: &[usize]) -> (Vec<Smoothed>, SVector<f64, ALL>, Kalman<ALL>) {
+fn smoothed(world: &World, cuts: &[i64]) -> (Vec<Smoothed>, SVector<f64, ALL>, Kalman<ALL>) {
     let mut kalman = Kalman::<ALL>::new(world.prior).unwrap();
     let shape = Shape {
         labels: Paper::LIST,
@@ -96,7 +96,7 @@ fn smoothed(world: &World, cuts: &[usize]) -> (Vec<Smoothed>, SVector<f64, ALL>,
     let mut tapes = Vec::new();
     // What has been taken out of the state: the mechanization of a linear world.
     let mut taken = SVector::<f64, ALL>::zeros();
-    for (k, step) in world.steps.iter().enumerate() {
+    for (k, step) in (0_i64..).zip(&world.steps) {
         let transition = step.dynamics.transition();
         if let Some((state, variance)) = step.forgotten {
             kalman.forget(state, variance);
@@ -119,7 +119,7 @@ fn smoothed(world: &World, cuts: &[usize]) -> (Vec<Smoothed>, SVector<f64, ALL>,
         }
         let (values, covariance) = (taken + kalman.state(), *kalman.covariance());
         let tape = kalman.tape_mut().unwrap();
-        tape.point(Stamp::from_nanos(k as i64), &here(), &values, &covariance);
+        tape.point(Stamp::from_nanos(k), &here(), &values, &covariance);
         if cuts.contains(&k) {
             tapes.push(tape.take());
         }
