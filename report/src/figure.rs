@@ -1,7 +1,10 @@
 //! What a figure shows: data, axes and marks, nothing of how it is drawn.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
+use crate::ticks::scaled;
 use crate::{Error, csv, svg};
 
 /// Name and unit of an axis; the unit may be empty.
@@ -152,7 +155,7 @@ impl Mark {
     }
 }
 
-/// The scale of a y axis.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scale {
@@ -253,6 +256,8 @@ pub struct Figure {
     pub caption: String,
     /// The x axis of all panels.
     pub x: Axis,
+    /// Its scale.
+    pub x_scale: Scale,
     /// Its ends; without them, what the data need.
     pub x_range: Option<(f64, f64)>,
     /// Panels, from the top.
@@ -267,6 +272,7 @@ impl Figure {
             title: title.into(),
             caption: String::new(),
             x,
+            x_scale: Scale::Linear,
             x_range: None,
             panels: Vec::new(),
         }
@@ -276,6 +282,13 @@ impl Figure {
     #[must_use]
     pub fn caption(mut self, caption: impl Into<String>) -> Self {
         self.caption = caption.into();
+        self
+    }
+
+    /// With a logarithmic x axis.
+    #[must_use]
+    pub fn log_x(mut self) -> Self {
+        self.x_scale = Scale::Log;
         self
     }
 
@@ -301,6 +314,30 @@ impl Figure {
     /// [`Error::NoPanels`] if the figure has no panels.
     pub fn to_svg(&self) -> Result<String, Error> {
         svg::svg(self, Some(svg::STYLE)).map(maud::PreEscaped::into_string)
+    }
+
+    /// What is drawn, with everything of the x axis on the drawn scale.
+    pub(crate) fn on_drawn_x(&self) -> Cow<'_, Self> {
+        if self.x_scale == Scale::Linear {
+            return Cow::Borrowed(self);
+        }
+        let mut figure = self.clone();
+        let place = |x: &mut f64| *x = scaled(*x, true);
+        if let Some((low, high)) = &mut figure.x_range {
+            place(low);
+            place(high);
+        }
+        for panel in &mut figure.panels {
+            let points = panel.series.iter_mut().flat_map(|s| &mut s.points);
+            points.for_each(|point| place(&mut point.0));
+            let spans = panel.bands.iter_mut().flat_map(|b| &mut b.points);
+            spans.for_each(|span| place(&mut span.0));
+            panel
+                .vertical
+                .iter_mut()
+                .for_each(|mark| place(&mut mark.at));
+        }
+        Cow::Owned(figure)
     }
 
     /// What is drawn, as CSV: one row a point, with all digits of a value.

@@ -64,7 +64,7 @@ impl Plan {
         let numbers = rulers.iter().map(|(ruler, _)| widest(ruler));
         let numbers = numbers.fold(0.0, f64::max).ceil();
         let left = EDGE + lines.max().unwrap_or(1) as f64 * LINE + 8.0 + numbers + 10.0;
-        let (x, right) = x_ruler(&figure.x, x_range, left);
+        let (x, right) = x_ruler(&figure.x, figure.x_scale, x_range, left);
 
         let legends: Vec<_> = figure.panels.iter().map(legend::legend).collect();
         let shared = legend::shared(&legends);
@@ -181,13 +181,13 @@ fn x_range(figure: &Figure) -> Option<(f64, f64)> {
 }
 
 /// The x axis with as many numbers as have room, and where it ends.
-fn x_ruler(axis: &Axis, range: Option<(f64, f64)>, left: f64) -> (Ruler, f64) {
+fn x_ruler(axis: &Axis, scale: Scale, range: Option<(f64, f64)>, left: f64) -> (Ruler, f64) {
     let axis = cleaned(axis);
     let Some(range) = range else {
         return (Ruler::blank(&axis), WIDTH - RIGHT);
     };
     let ruler = |target| {
-        let ruler = Ruler::new(&axis, Scale::Linear, range, target);
+        let ruler = Ruler::new(&axis, scale, range, target);
         let right = (WIDTH - (widest(&ruler) / 2.0 + EDGE).max(RIGHT)).floor();
         (ruler, right)
     };

@@ -29,6 +29,8 @@ pub(crate) fn svg(figure: &Figure, style: Option<&str>) -> Result<Markup, Error>
             figure: figure.id.clone(),
         });
     };
+    let drawn = figure.on_drawn_x();
+    let figure = drawn.as_ref();
     let plan = Plan::new(figure);
     let name = if figure.title.is_empty() {
         &figure.id

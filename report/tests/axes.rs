@@ -6,6 +6,25 @@ use common::*;
 use report::{Band, Line, Series};
 use roxmltree::Document;
 
+/// On a logarithmic x axis equal ratios have equal distances, its numbers are decades, and what is not positive is not drawn.
+#[test]
+fn x_axis_can_be_logarithmic() {
+    let points = vec![(0.0, 1.0), (0.01, 1.0), (1.0, 2.0), (100.0, 3.0)];
+    let svg = svg(&figure(panel().series(Series::new("s", points))).log_x());
+    let document = Document::parse(&svg).expect("well-formed");
+    let texts = texts(&document);
+    for decade in ["0.01", "0.1", "1", "10", "100"] {
+        assert!(texts.iter().any(|text| text == decade), "{texts:?}");
+    }
+    let curves = curves(&document);
+    // Three points on a line: the middle one is left out.
+    let [(from, _), (to, _)] = curves[0][..] else {
+        panic!("{curves:?}");
+    };
+    assert!(to > from && curves.len() == 1);
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
 /// No range, however small, large or empty, gives numbers that cannot be read.
 #[test]
 fn degenerate_ranges_have_sensible_axes() {

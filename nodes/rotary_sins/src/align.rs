@@ -1,20 +1,12 @@
 //! `rotary-sins align`: heading, roll and pitch at rest.
 
-use std::ops::ControlFlow;
-
+use analysis::Aligner;
 use anyhow::Context;
-use bags::Sample;
 use clap::Args;
 use serde::Serialize;
-use sins::{
-    machines::self_calibration::{Estimate, Event, Phase, SelfCalibration},
-    time::Stamp,
-};
+use sins::machines::self_calibration::{Estimate, Event, Phase};
 
 use crate::{Outcome, filter_options::AlignmentOptions, output, sensor_input::SensorInput};
-
-/// A joint that is further than this from where it stood at first turns \[rad\].
-const TURN_RAD: f64 = 1e-4;
 
 /// Options of `align`.
 #[derive(Args)]
@@ -53,57 +45,23 @@ struct Alignment {
 /// Aligns on all samples up to the first turn of the table.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
-    let mut calibrator = SelfCalibration::new(options.filter.machine(options.input.turntable()?)?)?;
-    // The last estimate, and the one before it: the last one may already be of a block that turns.
-    let mut aligned: [Option<Estimate>; 2] = [None, None];
-    let mut first_joints: Option<[f64; 2]> = None;
-    let mut last_rest: Option<Stamp> = None;
-    let mut notes = options
-        .input
-        .feed(&bag, "aligning", |sample: Sample, told| {
-            let turns = if let Sample::Joints(joints) = &sample {
-                let first = *first_joints.get_or_insert(joints.position);
-                let moved = |joint: usize| (joints.position[joint] - first[joint]).abs() > TURN_RAD;
-                let turns = moved(0) || moved(1);
-                if !turns {
-                    last_rest = Some(joints.stamp);
-                }
-                turns
-            } else {
-                false
-            };
-            if let Some(reading) = sample.reading() {
-                calibrator.push(&reading)?;
+    let mut aligner = Aligner::new(options.filter.machine(options.input.turntable()?)?)?;
+    let mut notes = options.input.feed(&bag, "aligning", |sample, told| {
+        let flow = aligner.push(&sample, |event| {
+            told.event(event);
+            if let Event::Estimate(estimate) = event {
+                told.progress.message(line(estimate));
             }
-            // An IMU without encoders shows by itself that it turns.
-            let has_turned =
-                |e: &Estimate| matches!(e.phase, Phase::Calibrating | Phase::Converged);
-            let mut turns_by_itself = false;
-            while let Some(event) = calibrator.poll() {
-                told.event(&event);
-                if let Event::Estimate(estimate) = event {
-                    turns_by_itself |= has_turned(&estimate);
-                    if !turns && !turns_by_itself {
-                        told.progress.message(line(&estimate));
-                        aligned = [Some(*estimate), aligned[0].take()];
-                    }
-                }
-            }
-            if turns || turns_by_itself {
-                told.progress
-                    .note("the block turns; aligned on what came before");
-                return Ok(ControlFlow::Break(()));
-            }
-            Ok(ControlFlow::Continue(()))
         })?;
-    let [last, before] = aligned;
-    let is_at_rest = |e: &Estimate| last_rest.is_none_or(|rest| e.stamp <= rest);
-    let estimate = match last.filter(is_at_rest).or(before) {
-        Some(estimate) => estimate,
-        None => calibrator
-            .finish()
-            .with_context(|| options.input.what_is_missing(&bag))?,
-    };
+        if flow.is_break() {
+            told.progress
+                .note("the block turns; aligned on what came before");
+        }
+        Ok(flow)
+    })?;
+    let estimate = aligner
+        .finish()
+        .with_context(|| options.input.what_is_missing(&bag))?;
     notes.tell(&output::Screen);
     let sigma = estimate.vehicle_sigma();
     let q = estimate.navigation.attitude;

@@ -5,6 +5,7 @@
 //! or the input cannot be used, with one line on standard error.
 
 mod align;
+mod allan;
 mod ament_types;
 mod assurance;
 mod calibrate;
@@ -18,6 +19,7 @@ mod navigate;
 mod observability;
 mod output;
 mod parameter_options;
+mod passes;
 mod play;
 mod progress;
 mod record;
@@ -53,6 +55,8 @@ enum Command {
     Calibrate(calibrate::Options),
     /// Navigate freely with and without a calibration
     Navigate(navigate::Options),
+    /// Find the noise of the sensors in a bag at rest: Allan deviations, and the noises in them
+    Allan(allan::Options),
     /// Reproduce the paper's simulations, and judge its claims
     Compare(compare::Options),
     /// Repeat the paper's experiment on simulated IMUs
@@ -142,6 +146,7 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Align(options) => align::run(&options)?,
         Command::Calibrate(options) => calibrate::run(&options)?,
         Command::Navigate(options) => navigate::run(&options)?,
+        Command::Allan(options) => allan::run(&options)?,
         Command::Compare(options) => compare::run(&options)?,
         Command::Experiment(options) => experiment::run(&options)?,
         Command::Assurance(options) => assurance::run(&options)?,

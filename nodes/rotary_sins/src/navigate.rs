@@ -2,20 +2,12 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
+use analysis::FreeNavigation;
 use anyhow::{Context, ensure};
-use bags::Sample;
 use clap::Args;
 use ros_node::ParameterSet;
 use serde::Serialize;
-use sins::{
-    earth::Position,
-    machines::{
-        navigator::{Navigator, NavigatorEvent, NavigatorOutput, NavigatorSettings},
-        odometry::pose_covariance,
-    },
-    mechanization::strapdown::NavigationState,
-    units::NAUTICAL_MILE_M,
-};
+use sins::machines::navigator::{NavigatorEvent, NavigatorSettings};
 
 use crate::{
     Outcome,
@@ -77,20 +69,6 @@ struct Report {
     warnings: Vec<String>,
 }
 
-/// Largest and last distance from the fixes.
-#[derive(Clone, Copy, Default)]
-struct Distance {
-    largest: f64,
-    last: f64,
-}
-
-impl Distance {
-    fn take(&mut self, state: &NavigationState, fix: &Position) {
-        self.last = fix.offset_m(&state.position).xy().norm() / NAUTICAL_MILE_M;
-        self.largest = self.largest.max(self.last);
-    }
-}
-
 /// What of the navigator's events a person should know.
 fn tell(told: &mut Told<'_>, event: &NavigatorEvent) {
     let topic = told.topic;
@@ -129,91 +107,47 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         .with_context(name)?;
     let bag = options.input.open()?;
     let settings = options.navigation.settings()?;
-    let mut navigator = Navigator::new(NavigatorSettings {
+    let settings = NavigatorSettings {
         alignment: options.filter.machine(options.input.turntable()?)?,
         // In a bag every joint state is there in time.
         joint_patience_s: NavigatorSettings::default().joint_patience_s,
         ..settings
-    })?;
-    navigator.push_calibration(calibration)?;
-    let (mut with, mut without) = (Distance::default(), Distance::default());
-    let mut fixes = 0_u64;
-    let mut first: Option<NavigatorOutput> = None;
-    let mut last: Option<NavigatorOutput> = None;
-    let mut start = None;
+    };
+    let alignment_s = settings.alignment_s;
+    let mut navigation = FreeNavigation::new(settings, calibration)?;
     let mut notes = options.input.feed(&bag, "navigating", |sample, told| {
-        match sample {
-            Sample::Imu(imu) => {
-                start.get_or_insert(imu.stamp);
-                navigator.push_imu(&imu);
-                while let Some(event) = navigator.poll() {
-                    if let NavigatorEvent::Sample {
-                        output: Some(output),
-                        ..
-                    } = &event
-                    {
-                        first.get_or_insert_with(|| (**output).clone());
-                        last = Some((**output).clone());
-                    }
-                    tell(told, &event);
-                }
-            }
-            Sample::Joints(joints) => navigator.push_joints(joints)?,
-            Sample::Velocity(stamp, velocity) => navigator.push_velocity(stamp, velocity)?,
-            Sample::Fix(fix) => {
-                let Some(position) = fix.position else {
-                    return Ok(ControlFlow::Continue(()));
-                };
-                navigator.push_position(position)?;
-                if let Some(output) = &last {
-                    with.take(&output.compensated.navigation, &position);
-                    without.take(&output.uncompensated.navigation, &position);
-                    fixes += 1;
-                    told.progress.message(format!(
-                        "{:.3} nmi, uncompensated {:.3} nmi",
-                        with.last, without.last
-                    ));
-                }
-            }
+        if navigation.push(&sample, |event| tell(told, event))? {
+            let [with, without] = navigation.distances();
+            told.progress.message(format!(
+                "{:.3} nmi, uncompensated {:.3} nmi",
+                with.last, without.last
+            ));
         }
         Ok(ControlFlow::Continue(()))
     })?;
-    navigator.end();
-    while let Some(event) = navigator.poll() {
-        if let NavigatorEvent::Sample {
-            output: Some(output),
-            ..
-        } = event
-        {
-            first.get_or_insert_with(|| (*output).clone());
-            last = Some(*output);
-        }
-    }
-    let (Some(first), Some(last), Some(start)) = (first, last, start) else {
+    let Some(navigated) = navigation.finish() else {
         anyhow::bail!(
-            "{}: navigation did not begin: it stands at {}, and needs {} s at rest and a position",
+            "{}: navigation did not begin: it stands at {}, and needs {alignment_s} s at rest and a position",
             options.input.what_is_missing(&bag),
-            navigator.phase().name(),
-            settings.alignment_s
+            navigation.phase().name()
         );
     };
     notes.tell(&output::Screen);
     ensure!(
-        fixes > 0,
+        navigated.fixes > 0,
         "{}: no position to hold the navigation against after its start",
         bag.path().display()
     );
-    let counts = navigator.stream().counts();
-    let pose = pose_covariance(&last.compensated);
+    let counts = navigated.counts;
     let report = Report {
-        max_position_error_nmi: with.largest,
-        max_position_error_uncompensated_nmi: without.largest,
-        final_position_error_nmi: with.last,
-        final_position_error_uncompensated_nmi: without.last,
-        position_std_nmi: (pose[(0, 0)] + pose[(1, 1)]).sqrt() / NAUTICAL_MILE_M,
-        alignment_s: first.stamp.seconds_since(start),
-        navigation_s: last.stamp.seconds_since(first.stamp),
-        fixes,
+        max_position_error_nmi: navigated.with.largest,
+        max_position_error_uncompensated_nmi: navigated.without.largest,
+        final_position_error_nmi: navigated.with.last,
+        final_position_error_uncompensated_nmi: navigated.without.last,
+        position_std_nmi: navigated.position_std_nmi(),
+        alignment_s: navigated.alignment_s(),
+        navigation_s: navigated.navigation_s(),
+        fixes: navigated.fixes,
         samples: counts.samples,
         gaps: counts.gaps,
         lost_samples: counts.lost,

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use analysis::Listener;
 use anyhow::{Context, ensure};
+use report::Figure;
 use serde::Serialize;
 
 /// Writes one JSON object and ends the line. A reader that has gone away is no error.
@@ -71,6 +72,33 @@ fn refuse_records(path: &Path, input: Option<&Path>) -> anyhow::Result<()> {
         path.display()
     );
     Ok(())
+}
+
+/// Every figure with its data, as SVG and CSV in a folder.
+pub fn figures(figures: &[Figure], folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for figure in figures {
+        let path = folder.join(&figure.id);
+        file(&path.with_extension("svg"), &figure.to_svg()?, None)?;
+        file(&path.with_extension("csv"), &figure.to_csv()?, None)?;
+    }
+    Ok(())
+}
+
+/// The command line, so that a shell takes it again.
+pub fn command() -> String {
+    let quoted = |argument: String| {
+        let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+        if !argument.is_empty() && argument.chars().all(plain) {
+            argument
+        } else {
+            format!("'{}'", argument.replace('\'', r"'\''"))
+        }
+    };
+    std::iter::once("rotary-sins".to_owned())
+        .chain(std::env::args().skip(1).map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Whether a file is the MCAP file of a bag.

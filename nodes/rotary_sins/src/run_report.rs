@@ -1,9 +1,6 @@
 //! `rotary-sins report`: one page about one recorded run.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use analysis::{
     Error,
@@ -11,7 +8,6 @@ use analysis::{
 };
 use anyhow::Context;
 use clap::Args;
-use report::Figure;
 
 use crate::{
     Outcome,
@@ -55,7 +51,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         bag: &bag,
         source: &input.source()?,
         settings: &settings,
-        command: &command(),
+        command: &output::command(),
         path: &path,
     };
     let progress = SecondsBar::new("reading", input.length_s(&bag));
@@ -70,7 +66,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     output::file(&path, &report.page.to_html(), Some(bag.path()))
         .context("the page cannot be written (--output names another place)")?;
     if let Some(folder) = &options.figures {
-        write_figures(&report.figures, folder).with_context(|| folder.display().to_string())?;
+        output::figures(&report.figures, folder).with_context(|| folder.display().to_string())?;
     }
     if options.json {
         output::json(&report.summary)?;
@@ -82,17 +78,6 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     } else {
         Outcome::Missed
     })
-}
-
-/// Every figure with its data.
-fn write_figures(figures: &[Figure], folder: &Path) -> anyhow::Result<()> {
-    fs::create_dir_all(folder)?;
-    for figure in figures {
-        let file = folder.join(&figure.id);
-        output::file(&file.with_extension("svg"), &figure.to_svg()?, None)?;
-        output::file(&file.with_extension("csv"), &figure.to_csv()?, None)?;
-    }
-    Ok(())
 }
 
 /// The page's place: the name of the bag with another ending.
@@ -113,20 +98,4 @@ fn beside(bag: &Path) -> anyhow::Result<PathBuf> {
     } else {
         named.with_extension("html")
     })
-}
-
-/// The command line, so that a shell takes it again.
-fn command() -> String {
-    let quoted = |argument: String| {
-        let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-        if !argument.is_empty() && argument.chars().all(plain) {
-            argument
-        } else {
-            format!("'{}'", argument.replace('\'', r"'\''"))
-        }
-    };
-    std::iter::once("rotary-sins".to_owned())
-        .chain(std::env::args().skip(1).map(quoted))
-        .collect::<Vec<_>>()
-        .join(" ")
 }

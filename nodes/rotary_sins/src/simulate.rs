@@ -3,29 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use analysis::{SimulatedBag, write_simulated_bag};
 use anyhow::bail;
-use bags::{BagWriter, Compression, NewTopic, TopicId, WriteOptions};
+use bags::{Compression, WriteOptions};
 use clap::{Args, ValueEnum};
 use ros_node::ParameterSet;
-use ros2_interfaces::{
-    RosMessage,
-    geometry_msgs::TwistWithCovarianceStamped,
-    sensor_msgs::{JointState, NavSatFix},
-};
-use rotary_sins_msgs::convert::{ToMessage, imu_from_sample, odometry_of_block};
-use rotary_sins_msgs::interfaces::topics;
-use rotary_sins_msgs::{Calibration, SchemeStatus};
 use serde::Serialize;
 use sins::{
     machines::self_calibration::named_errors,
     simulation::{
         AidingSettings, EncoderSettings, GRADE_NAMES, ImuErrorSettings, MotionSettings,
-        NoiseReading, PlantSettings, Run, SensorGrade, Simulator, SimulatorSettings, Tick,
-        Wandering,
+        NoiseReading, PlantSettings, SensorGrade, SimulatorSettings,
     },
     table::Turntable,
-    table::scheme::{Sequencer, sequencer::SequencerSettings},
-    time::Stamp,
 };
 
 use crate::{
@@ -34,9 +24,6 @@ use crate::{
     progress::SecondsBar,
     scheme_options::{self, ShipOptions, TableOptions},
 };
-
-/// Frame of the sensor block.
-const IMU_LINK: &str = "imu_link";
 
 /// Noise of the sensors.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -244,110 +231,6 @@ impl Options {
     }
 }
 
-/// The bag with its topics.
-struct Output {
-    bag: BagWriter,
-    imu: TopicId,
-    joints: TopicId,
-    fix: TopicId,
-    velocity: TopicId,
-    status: TopicId,
-    truth: TopicId,
-    /// The true odometry, of a ship that moves.
-    odometry: Option<TopicId>,
-    last_status: Option<SchemeStatus>,
-}
-
-impl Output {
-    fn new(options: &Options, moves: bool) -> Result<Self, bags::Error> {
-        let write_options = WriteOptions {
-            compression: options.compression.into(),
-            replaces: options.force,
-            ..WriteOptions::default()
-        };
-        let mut bag = BagWriter::create(&options.output, write_options)?;
-        Ok(Self {
-            imu: bag.add_topic(NewTopic::on(&topics::IMU_DATA_RAW.with_depth(1000)))?,
-            joints: bag.add_topic(NewTopic::on(&topics::JOINT_STATES.with_depth(1000)))?,
-            fix: bag.add_topic(NewTopic::on(&topics::FIX.with_depth(10)))?,
-            velocity: bag.add_topic(NewTopic::on(&topics::AIDING_VELOCITY.with_depth(10)))?,
-            // Who comes late in a replay wants the newest only.
-            status: bag.add_topic(NewTopic::on(&topics::SCHEME_STATUS.with_depth(1)))?,
-            truth: bag.add_topic(NewTopic::on(&topics::TRUE_CALIBRATION))?,
-            odometry: if moves {
-                Some(bag.add_topic(NewTopic::on(&topics::TRUE_ODOMETRY))?)
-            } else {
-                None
-            },
-            bag,
-            last_status: None,
-        })
-    }
-
-    fn write<M: RosMessage>(
-        &mut self,
-        topic: TopicId,
-        stamp: Stamp,
-        message: &M,
-    ) -> Result<(), bags::Error> {
-        self.bag.write(topic, stamp.nanos().unsigned_abs(), message)
-    }
-
-    /// What is true now.
-    fn write_truth(&mut self, simulator: &Simulator) -> Result<(), bags::Error> {
-        let plant = simulator.plant();
-        let truth = Calibration::ground_truth(
-            plant.now(),
-            &simulator.sensor_errors(),
-            &plant.settings().table_errors,
-            plant.attitude(),
-            plant.ship(),
-        );
-        self.write(self.truth, plant.now(), &truth)
-    }
-
-    /// The measurements of an interval.
-    fn write_tick(&mut self, tick: &Tick, simulator: &Simulator) -> Result<(), bags::Error> {
-        let stamp = tick.truth.stamp;
-        self.write(self.imu, stamp, &imu_from_sample(&tick.imu, IMU_LINK))?;
-        if let Some(joints) = &tick.joints {
-            let message: JointState = joints.to_message();
-            self.write(self.joints, stamp, &message)?;
-        }
-        if let Some(position) = &tick.position {
-            let message: NavSatFix = position.to_message();
-            self.write(self.fix, stamp, &message)?;
-        }
-        if let Some(velocity) = &tick.velocity {
-            let message: TwistWithCovarianceStamped = velocity.to_message();
-            self.write(self.velocity, stamp, &message)?;
-        }
-        if let (Some(topic), true) = (self.odometry, tick.position.is_some()) {
-            let plant = simulator.plant();
-            let message = odometry_of_block(
-                stamp,
-                plant.place_m(),
-                plant.attitude(),
-                plant.ship().velocity,
-                plant.block_rate(),
-            );
-            self.write(topic, stamp, &message)?;
-        }
-        Ok(())
-    }
-
-    /// Writes the status where step or state are new.
-    fn write_status(&mut self, stamp: Stamp, status: SchemeStatus) -> Result<(), bags::Error> {
-        let place = |s: &SchemeStatus| (s.state, s.cycle, s.step);
-        if self.last_status.as_ref().map(place) == Some(place(&status)) {
-            return Ok(());
-        }
-        let result = self.write(self.status, stamp, &status);
-        self.last_status = Some(status);
-        result
-    }
-}
-
 /// Simulates and writes.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     if !(options.hours > 0.0 && options.hours <= 10_000.0) {
@@ -359,37 +242,27 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let scheme = scheme_options::scheme(&options.scheme)?;
     let turntable = options.table.table(&scheme)?;
     let settings = options.settings(turntable)?;
-    let simulator = Simulator::new(settings)?;
-    let sequencer = Sequencer::new(scheme.program(turntable)?, SequencerSettings::default())?;
-    let start = settings.plant.start;
     let duration_s = options.hours * 3600.0;
-    let mut output = Output::new(options, !simulator.plant().motion().is_at_rest())?;
+    let write_options = WriteOptions {
+        compression: options.compression.into(),
+        replaces: options.force,
+        ..WriteOptions::default()
+    };
     let progress = SecondsBar::new("simulating", duration_s);
-    output.write_truth(&simulator)?;
-    output.write(
-        output.joints,
-        start,
-        &ToMessage::<JointState>::to_message(&simulator.first_joints()),
+    let path = &options.output;
+    let SimulatedBag {
+        summary,
+        run,
+        samples,
+    } = write_simulated_bag(
+        path,
+        write_options,
+        &scheme,
+        settings,
+        duration_s,
+        &progress,
     )?;
-    let mut run = Run::new(simulator, sequencer, duration_s);
-    let mut count = 0_u64;
-    while let Some(tick) = run.next() {
-        let tick = tick?;
-        let stamp = tick.truth.stamp;
-        output.write_tick(&tick, run.simulator())?;
-        if tick.joints.is_some() {
-            output.write_status(stamp, run.sequencer().status().to_message())?;
-        }
-        count += 1;
-        if count.is_multiple_of(10_000) {
-            progress.set(stamp.seconds_since(start));
-        }
-    }
     drop(progress);
-    if settings.imu.wandering != Wandering::default() {
-        output.write_truth(run.simulator())?;
-    }
-    let summary = output.bag.finish()?;
     let errors = &run.simulator().sensor_errors();
     let table = &settings.plant.table_errors;
     let ship = settings.plant.ship;
@@ -416,7 +289,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         output::json(&report)?;
     } else {
         output::text_line(&format!(
-            "{}: {duration_s} s of {}, {count} samples of the IMU",
+            "{}: {duration_s} s of {}, {samples} samples of the IMU",
             report.bag.display(),
             report.scheme
         ))?;

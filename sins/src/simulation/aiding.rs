@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use super::{ShipMotion, Stream, generator};
 use crate::earth::LocalEarth;
@@ -12,7 +13,7 @@ use crate::range;
 use crate::time::Stamp;
 
 /// A time, once or again and again.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeWindow {
     /// When it begins, from the start \[s\].
     pub start_s: f64,
@@ -43,7 +44,7 @@ impl TimeWindow {
 }
 
 /// Noise and rates of the aiding, and what is wrong with it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AidingSettings {
     /// One sigma of the velocity on every axis \[m/s\].
     pub velocity_std_m_s: f64,

@@ -2,6 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use super::{Stream, generator};
 use crate::error::Error;
@@ -9,7 +10,7 @@ use crate::range;
 use crate::table::{JointSample, TableErrors};
 
 /// What is wrong with the encoders. By default nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EncoderSettings {
     /// Smallest step of an angle; 0: none \[rad\].
     pub resolution_rad: f64,

@@ -7,6 +7,7 @@
 //! smooth, and the rule is exact to rounding (an interval of 0.1 s at 60 deg/s leaves less than 1e-15).
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::block::Mount;
 use super::truth::{Averages, TruthSample};
@@ -37,7 +38,7 @@ const SHORT_INTERVAL_S: f64 = 0.05;
 const LONGEST_DELAY_S: f64 = 0.1;
 
 /// Where the plant is and what it is made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantSettings {
     /// The ship: where she lies and how.
     pub ship: Ship,

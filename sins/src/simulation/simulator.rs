@@ -9,9 +9,10 @@ use crate::sensor::SensorErrors;
 use crate::sensor::sample::ImuSample;
 use crate::table::{JointSample, Trajectory};
 use crate::time::Stamp;
+use serde::{Deserialize, Serialize};
 
 /// Plant, sensors, rates and seed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatorSettings {
     /// Ship, table and rate of the IMU.
     pub plant: PlantSettings,

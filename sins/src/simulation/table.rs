@@ -4,9 +4,10 @@ use crate::error::Error;
 use crate::range;
 use crate::table::{Cubic, JOINT_NAMES, JointState, Trajectory, TrajectoryPoint};
 use crate::time::Stamp;
+use serde::{Deserialize, Serialize};
 
 /// What the drives can do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableSettings {
     /// A trajectory that asks for more is refused \[rad/s\].
     pub max_rate_rad_s: f64,

@@ -8,6 +8,7 @@
 mod aboard;
 mod actions;
 mod aggregator;
+mod allan;
 mod analysis;
 mod colcon;
 mod covariances;

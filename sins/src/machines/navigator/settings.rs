@@ -3,9 +3,10 @@
 use crate::error::Error;
 use crate::machines::self_calibration::Settings;
 use crate::stream::StreamSettings;
+use serde::{Deserialize, Serialize};
 
 /// Settings of the navigator.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NavigatorSettings {
     /// Settings of its own alignment (prior, coarse alignment, noise, table, longest bridge over a hole).
     pub alignment: Settings,

@@ -90,6 +90,16 @@ impl std::str::FromStr for ModelChoice {
     }
 }
 
+/// Where the white noise of the sensors is taken from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum NoiseFrom {
+    /// From the variances that come with the samples.
+    #[default]
+    Samples,
+    /// From the samples of the coarse alignment, where ship and block rest; else from their variances.
+    Rest,
+}
+
 /// Everything that self-calibration can be told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -104,8 +114,10 @@ pub struct Settings {
     pub groups: GroupPriors,
     /// What the encoders are worth to the whole model; none: they are not used.
     pub encoders: Option<EncoderAccuracy>,
-    /// White noise of the sensors; by default what the samples' own variances say.
+    /// White noise of the sensors; by default as `noise_from` says.
     pub noise: Option<NoiseDensity>,
+    /// Where the white noise is taken from where nobody tells it.
+    pub noise_from: NoiseFrom,
     /// Initial one-sigma. The misalignment is meant to be wide: the coarse alignment only chooses the point about which the
     /// filter is linear, and the filter itself goes over the same samples to find what they are worth.
     pub prior: InitialUncertainty,
@@ -163,6 +175,7 @@ impl Default for Settings {
             groups: GroupPriors::BY_GRADE,
             encoders: Some(EncoderAccuracy::default()),
             noise: None,
+            noise_from: NoiseFrom::default(),
             prior: InitialUncertainty {
                 position_m: 10.0,
                 velocity_m_s: 0.01,
@@ -190,6 +203,26 @@ impl Default for Settings {
             joint_patience_s: 30.0,
             refused_share: 0.01,
             gap_share: 0.1,
+        }
+    }
+}
+
+/// How much later than its sample a measured velocity or position may come, where nothing else is said \[s\].
+const PATIENCE_S: f64 = 30.0;
+/// What is left of a moored ship's velocity in a quiet harbour \[m/s\].
+const MOORED_SIGMA_M_S: f64 = 0.01;
+
+impl Settings {
+    /// What self-calibration is told where nobody says anything else: the whole model, and the reference that suits how the
+    /// ship lies. (The machine's own default is the paper's: thirteen states at a mooring.)
+    pub fn calibrating() -> Self {
+        Self {
+            model: ModelChoice::Whole,
+            reference: Reference::Auto {
+                sigma_m_s: MOORED_SIGMA_M_S,
+                patience_s: PATIENCE_S,
+            },
+            ..Self::default()
         }
     }
 }

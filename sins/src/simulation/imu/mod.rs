@@ -19,6 +19,7 @@ use wandering::{Walker, Wandered};
 use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use super::{Stream, TruthSample, generator};
 use crate::error::Error;
@@ -61,7 +62,7 @@ impl NoiseReading {
 }
 
 /// What is wrong with the IMU.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImuErrorSettings {
     /// The errors of the model. The delay of the accelerometers is made by the plant, which has to be told the same.
     pub errors: SensorErrors,

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::range;
@@ -10,7 +11,7 @@ use crate::sensor::sample::ImuSample;
 use crate::simulation::{Stream, generator};
 
 /// How samples leave the IMU. By default as they are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutputSettings {
     /// Angle of a count of the gyroscopes; 0: none \[rad\].
     pub angle_count_rad: f64,

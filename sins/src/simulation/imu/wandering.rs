@@ -3,13 +3,14 @@
 use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::range;
 use crate::simulation::{Stream, generator};
 
 /// How drift, bias and scale factors wander. By default not at all.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wandering {
     /// Density of the walk of the gyroscopes' drifts \[rad/s/√s\].
     pub gyroscope_walk: Vector3<f64>,

@@ -2,6 +2,7 @@
 //!
 //! Both are functions of time on a chart, East and North in metres from the start, with their derivatives.
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 use super::sea::Jet;
@@ -20,7 +21,7 @@ const NODES: [(f64, f64); 5] = [
 const PANELS: u32 = 12;
 
 /// How a ship swings round her mooring: heading by two slow waves of this amplitude together, while her bow stays at the end of the chain.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Swing {
     /// √2 standard deviations of the heading; 0: she does not swing \[rad\].
     pub amplitude_rad: f64,
@@ -42,7 +43,7 @@ impl Default for Swing {
 
 /// A programme of speed and heading: from the heading of the start straight on, then legs that turn to starboard and back in
 /// turn. A turn begins and ends without a jump of its rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     /// Speed on the chart; 0: she stays \[m/s\].
     pub speed_m_s: f64,

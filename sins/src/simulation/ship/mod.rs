@@ -9,13 +9,14 @@ pub use motion::{MotionSettings, ShipMotion};
 pub use sea::{Hull, WaveSystem};
 
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::earth::{LocalEarth, Position};
 use crate::error::Error;
 use crate::range;
 
 /// Where a ship lies on the earth and how, in a calm. How she moves about that is [`ShipMotion`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ship {
     /// Geodetic latitude, WGS-84 \[rad\].
     pub latitude_rad: f64,

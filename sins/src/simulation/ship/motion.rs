@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 
 use super::course::Track;
 use super::sea::{Jet, WaveMotion, Waves};
@@ -23,7 +24,7 @@ const SEA_WAVES: usize = 28;
 const SWELL_WAVES: usize = 14;
 
 /// How a ship moves. By default not at all.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionSettings {
     /// The wind sea.
     pub sea: WaveSystem,

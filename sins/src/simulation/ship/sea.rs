@@ -15,6 +15,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector2;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 use crate::earth::STANDARD_GRAVITY_M_S2;
 use crate::error::Error;
@@ -26,7 +27,7 @@ const SPECTRUM_STEPS: usize = 4000;
 const CUT_OFF: (f64, f64) = (0.5, 4.0);
 
 /// Waves that come from one direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WaveSystem {
     /// Significant height, four standard deviations of the elevation; 0: none \[m\].
     pub significant_height_m: f64,
@@ -112,7 +113,7 @@ impl WaveSystem {
 }
 
 /// How the hull answers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hull {
     /// Length of the waterline; 0: she is a point to the waves \[m\].
     pub length_m: f64,

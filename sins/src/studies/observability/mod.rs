@@ -16,6 +16,7 @@ mod path;
 pub mod stripped;
 
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 use crate::earth::{LocalEarth, Position};
 use crate::estimation::filter::InitialUncertainty;
@@ -29,7 +30,7 @@ use crate::simulation::{NoiseReading, Ship};
 use crate::studies::paper;
 
 /// What degrees and bounds depend on beside the program.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Setting {
     /// The ship, at rest.
     pub ship: Ship,

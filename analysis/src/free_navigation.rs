@@ -1,0 +1,173 @@
+//! Free-inertial navigation with a calibration and without it, held against the positions of a record.
+
+use bags::Sample;
+use sins::{
+    earth::Position,
+    machines::navigator::{
+        Navigator, NavigatorEvent, NavigatorOutput, NavigatorPhase, NavigatorSettings,
+    },
+    machines::odometry::pose_covariance,
+    machines::self_calibration::Calibration,
+    mechanization::strapdown::NavigationState,
+    stream::counts::StreamCounts,
+    time::Stamp,
+    units::NAUTICAL_MILE_M,
+};
+
+/// Largest and last horizontal distance from the positions \[nmi\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distance {
+    /// The largest.
+    pub largest: f64,
+    /// The last.
+    pub last: f64,
+}
+
+impl Distance {
+    fn take(&mut self, state: &NavigationState, fix: &Position) {
+        self.last = fix.offset_m(&state.position).xy().norm() / NAUTICAL_MILE_M;
+        self.largest = self.largest.max(self.last);
+    }
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Navigated {
+    /// With the calibration.
+    pub with: Distance,
+    /// Without it.
+    pub without: Distance,
+    /// The first output.
+    pub first: NavigatorOutput,
+    /// The last one.
+    pub last: NavigatorOutput,
+    /// Stamp of the first sample.
+    pub start: Stamp,
+    /// Positions that it was held against.
+    pub fixes: u64,
+    /// What became of the samples.
+    pub counts: StreamCounts,
+}
+
+impl Navigated {
+    /// One sigma of the last compensated position, east and north together \[nmi\].
+    pub fn position_std_nmi(&self) -> f64 {
+        let solution = &self.last.compensated;
+        let pose = pose_covariance(&solution.navigation, &solution.covariance);
+        (pose[(0, 0)] + pose[(1, 1)]).sqrt() / NAUTICAL_MILE_M
+    }
+
+    /// How long it aligned \[s\].
+    pub fn alignment_s(&self) -> f64 {
+        self.first.stamp.seconds_since(self.start)
+    }
+
+    /// How long it navigated \[s\].
+    pub fn navigation_s(&self) -> f64 {
+        self.last.stamp.seconds_since(self.first.stamp)
+    }
+}
+
+/// A navigation under way.
+pub struct FreeNavigation {
+    navigator: Navigator,
+    distances: [Distance; 2],
+    fixes: u64,
+    first: Option<NavigatorOutput>,
+    last: Option<NavigatorOutput>,
+    start: Option<Stamp>,
+}
+
+impl FreeNavigation {
+    /// One that waits for its first sample.
+    ///
+    /// # Errors
+    /// Where settings or calibration are refused.
+    pub fn new(settings: NavigatorSettings, calibration: Calibration) -> Result<Self, sins::Error> {
+        let mut navigator = Navigator::new(settings)?;
+        navigator.push_calibration(calibration)?;
+        Ok(Self {
+            navigator,
+            distances: [Distance::default(); 2],
+            fixes: 0,
+            first: None,
+            last: None,
+            start: None,
+        })
+    }
+
+    /// Takes a sample, and tells what happens by it; says whether it was a position that the solution is held against.
+    ///
+    /// # Errors
+    /// Where the sample is refused; it is left out.
+    pub fn push(
+        &mut self,
+        sample: &Sample,
+        tell: impl FnMut(&NavigatorEvent),
+    ) -> Result<bool, sins::Error> {
+        match sample {
+            Sample::Imu(imu) => {
+                self.start.get_or_insert(imu.stamp);
+                self.navigator.push_imu(imu);
+                self.drain(tell);
+            }
+            Sample::Joints(joints) => self.navigator.push_joints(*joints)?,
+            Sample::Velocity(stamp, velocity) => self.navigator.push_velocity(*stamp, *velocity)?,
+            Sample::Fix(fix) => {
+                let Some(position) = fix.position else {
+                    return Ok(false);
+                };
+                self.navigator.push_position(position)?;
+                if let Some(output) = &self.last {
+                    self.distances[0].take(&output.compensated.navigation, &position);
+                    self.distances[1].take(&output.uncompensated.navigation, &position);
+                    self.fixes += 1;
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    fn drain(&mut self, mut tell: impl FnMut(&NavigatorEvent)) {
+        while let Some(event) = self.navigator.poll() {
+            tell(&event);
+            if let NavigatorEvent::Sample {
+                output: Some(output),
+                ..
+            } = event
+            {
+                if self.first.is_none() {
+                    self.first = Some((*output).clone());
+                }
+                self.last = Some(*output);
+            }
+        }
+    }
+
+    /// With the calibration and without it, so far.
+    pub fn distances(&self) -> [Distance; 2] {
+        self.distances
+    }
+
+    /// Where it stands.
+    pub fn phase(&self) -> NavigatorPhase {
+        self.navigator.phase()
+    }
+
+    /// No more will come; nothing, where navigation did not begin.
+    pub fn finish(&mut self) -> Option<Navigated> {
+        self.navigator.end();
+        self.drain(|_| {});
+        let [with, without] = self.distances;
+        Some(Navigated {
+            with,
+            without,
+            first: self.first.take()?,
+            last: self.last.take()?,
+            start: self.start?,
+            fixes: self.fixes,
+            counts: self.navigator.stream().counts(),
+        })
+    }
+}
