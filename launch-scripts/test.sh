@@ -79,7 +79,7 @@ finish() {
 declare -A background=()
 trap '[ ${#background[@]} -eq 0 ] || kill "${background[@]}" 2>/dev/null' EXIT
 
-set_up_peers() { tests/ros2_peers/setup.sh kilted jazzy && tests/colcon/setup.sh; }
+set_up_peers() { tests/ros2_peers/setup.sh kilted jazzy && tests/colcon/setup.sh && python/environment.sh; }
 
 # Everything that runs is built in release: the tests integrate hours of samples, and it is what a user runs.
 # The examples are what the tests of ros_node start.
@@ -110,6 +110,9 @@ run_tests() {
         -Z unstable-options --report-time 2>&1 | tee "$logs/cargo-test.log"
 }
 
+# The wheel, its stubs, its tests and notebooks, against the executables that the tests have run.
+test_python() { ROTARY_SINS_BIN_DIR=$target/test-bin python/test.sh 2>&1 | tee "$logs/python.log"; }
+
 run_documentation_tests() { cargo test --quiet --release --workspace --doc -- --format pretty 2>&1 | tee "$logs/doc-test.log"; }
 
 begin peers set_up_peers
@@ -118,6 +121,7 @@ step "build" build
 step "ROS 2 peers and colcon" finish peers
 begin lints check_sources
 step "tests" run_tests
+step "Python package" test_python
 step "tests of the documentation" run_documentation_tests
 step "lints and documentation" finish lints
 step "packages" tests/packages.sh

@@ -352,9 +352,14 @@ impl From<Whole> for Inertial {
 
 /// The label of a state that any group here has, by its name.
 pub fn label(name: &str) -> Option<&'static StateLabel> {
+    labels().iter().find(|state| state.name == name)
+}
+
+/// The labels of all states that any group here has.
+pub fn labels() -> &'static [StateLabel] {
     const ALL: [StateLabel; Whole::N] = Whole::STATES;
     static KNOWN: [StateLabel; Whole::N] = ALL;
-    KNOWN.iter().find(|state| state.name == name)
+    &KNOWN
 }
 
 #[cfg(test)]

@@ -236,14 +236,32 @@ fn unusable_arguments_get_one_line() {
 /// The library of studies and reports speaks to no network and to no terminal: nothing that it stands on does.
 #[test]
 fn the_library_has_no_network_and_no_terminal() {
+    stands_on_no_network("analysis", &[]);
+}
+
+/// Nor does the Python package; and without its feature it stands on nothing of Python's, so that the workspace builds without.
+#[test]
+fn the_python_package_has_no_network() {
+    stands_on_no_network("rotary_sins_python", &["--features", "extension"]);
+    let bare = tree("rotary_sins_python", &[]);
+    assert!(!bare.contains("pyo3") && !bare.contains("numpy"), "{bare}");
+}
+
+/// What a package stands on, a line each.
+fn tree(package: &str, features: &[&str]) -> String {
     let tree = std::process::Command::new(env!("CARGO"))
         .args(["tree", "--offline", "--locked", "--edges", "normal"])
-        .args(["--prefix", "none", "--package", "analysis"])
+        .args(["--prefix", "none", "--package", package])
+        .args(features)
         .current_dir(repository())
         .output()
         .unwrap();
     assert!(tree.status.success(), "{tree:?}");
-    let text = String::from_utf8(tree.stdout).unwrap();
+    String::from_utf8(tree.stdout).unwrap()
+}
+
+fn stands_on_no_network(package: &str, features: &[&str]) {
+    let text = tree(package, features);
     let names: Vec<&str> = text.lines().filter_map(|l| l.split(' ').next()).collect();
     assert!(names.contains(&"sins") && names.contains(&"bags"), "{text}");
     for barred in [
@@ -256,6 +274,6 @@ fn the_library_has_no_network_and_no_terminal() {
         "crossterm",
         "ratatui",
     ] {
-        assert!(!names.contains(&barred), "analysis stands on {barred}");
+        assert!(!names.contains(&barred), "{package} stands on {barred}");
     }
 }
