@@ -1,6 +1,6 @@
 //! Fixed-interval smoothing: what the whole record says of every epoch in it.
 //!
-//! The modified Bryson-Frazier smoother (Bierman 1973; Gibbs 2013, "Advanced Kalman Filtering", section 8.2). Forwards the filter
+//! The modified Bryson-Frazier smoother (Bierman 1973, Int. J. Control 18, 65). Forwards the filter
 //! leaves a [`Tape`]: Φ of every covariance step, gain, innovation ν and its variance s of every scalar update. [`Backward`] goes
 //! over it from its end with an adjoint vector λ and an adjoint matrix Λ, both zero at the end of the record:
 //!
