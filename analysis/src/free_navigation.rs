@@ -52,7 +52,8 @@ pub struct Navigated {
 impl Navigated {
     /// One sigma of the last compensated position, east and north together \[nmi\].
     pub fn position_std_nmi(&self) -> f64 {
-        let pose = pose_covariance(&self.last.compensated);
+        let solution = &self.last.compensated;
+        let pose = pose_covariance(&solution.navigation, &solution.covariance);
         (pose[(0, 0)] + pose[(1, 1)]).sqrt() / NAUTICAL_MILE_M
     }
 

@@ -78,6 +78,20 @@ impl Error {
         }
     }
 
+    /// With what stands behind the error: that of a full disk is told by the system.
+    pub(crate) fn unwritten(path: &Path, error: &dyn std::error::Error) -> Self {
+        let mut reason = error.to_string();
+        let mut behind = error.source();
+        while let Some(source) = behind {
+            let told = source.to_string();
+            if !reason.contains(&told) {
+                reason = format!("{reason}: {told}");
+            }
+            behind = source.source();
+        }
+        Self::write(path, reason)
+    }
+
     pub(crate) fn write(path: &Path, reason: impl std::fmt::Display) -> Self {
         Self::Write {
             path: path.to_owned(),

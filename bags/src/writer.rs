@@ -3,8 +3,9 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::BufWriter,
+    io::{self, BufWriter, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use mcap::records::{MessageHeader, Metadata as MetadataRecord};
@@ -120,11 +121,46 @@ pub struct BagSummary {
     pub time_range: Option<(u64, u64)>,
 }
 
+/// The file, which the writer of MCAP fills and the bag hands over.
+#[derive(Clone)]
+struct Output(Arc<Mutex<BufWriter<File>>>);
+
+impl Output {
+    fn new(file: File) -> Self {
+        Self(Arc::new(Mutex::new(BufWriter::with_capacity(
+            1 << 18,
+            file,
+        ))))
+    }
+
+    // Both ends are of one thread, and a panic ends it.
+    fn lock(&self) -> MutexGuard<'_, BufWriter<File>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.lock().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.lock().flush()
+    }
+}
+
+impl Seek for Output {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.lock().seek(to)
+    }
+}
+
 /// Writes one bag. [`Self::finish`] it: a bag without its end can still be read, but says that it was cut off.
 pub struct BagWriter {
     path: PathBuf,
     file: PathBuf,
-    writer: mcap::Writer<BufWriter<File>>,
+    writer: mcap::Writer<Output>,
+    output: Output,
     topics: Vec<WrittenTopic>,
     time_range: Option<(u64, u64)>,
     payload: Vec<u8>,
@@ -155,7 +191,7 @@ impl BagWriter {
             Compression::Lz4 => Some(mcap::Compression::Lz4),
             Compression::Zstd => Some(mcap::Compression::Zstd),
         };
-        let output = BufWriter::with_capacity(1 << 18, create(&file, options.replaces)?);
+        let output = Output::new(create(&file, options.replaces)?);
         let writer = mcap::WriteOptions::new()
             .profile("ros2")
             .library(concat!("rotary-sins bags ", env!("CARGO_PKG_VERSION")))
@@ -164,12 +200,13 @@ impl BagWriter {
             .compression_level(u32::from(options.compression == Compression::Zstd))
             .compression_threads(0)
             .chunk_size(Some(options.chunk_bytes.max(1)))
-            .create(output)
+            .create(output.clone())
             .map_err(|e| Error::write(&file, e))?;
         Ok(Self {
             path: path.to_owned(),
             file,
             writer,
+            output,
             topics: Vec::new(),
             time_range: None,
             payload: Vec::new(),
@@ -190,7 +227,7 @@ impl BagWriter {
             .schema
             .as_deref()
             .map_or(("", ""), |text| ("ros2msg", text));
-        let written = |e| Error::write(&self.file, e);
+        let written = |e: mcap::McapError| Error::unwritten(&self.file, &e);
         let schema = self
             .writer
             .add_schema(&topic.type_name, encoding, text.as_bytes())
@@ -258,7 +295,7 @@ impl BagWriter {
         };
         self.writer
             .write_to_known_channel(&header, payload)
-            .map_err(|e| Error::write(&self.file, e))?;
+            .map_err(|e| Error::unwritten(&self.file, &e))?;
         written.count += 1;
         let (first, last) = self.time_range.unwrap_or((log_time, log_time));
         self.time_range = Some((first.min(log_time), last.max(log_time)));
@@ -270,7 +307,22 @@ impl BagWriter {
     /// # Errors
     /// Where the file cannot be written.
     pub fn flush(&mut self) -> Result<(), Error> {
-        self.writer.flush().map_err(|e| Error::write(&self.file, e))
+        self.writer
+            .flush()
+            .map_err(|e| Error::unwritten(&self.file, &e))
+    }
+
+    /// Hands what has been packed to the system, so that a disk which does not take it says so now. The chunk stays open.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn hand_over(&mut self) -> Result<(), Error> {
+        self.output.flush().map_err(|e| Error::write(&self.file, e))
+    }
+
+    /// The MCAP file.
+    pub fn file(&self) -> &Path {
+        &self.file
     }
 
     /// Messages written so far, by topic.
@@ -298,10 +350,10 @@ impl BagWriter {
         };
         self.writer
             .write_metadata(&record)
-            .map_err(|e| Error::write(&self.file, e))?;
+            .map_err(|e| Error::unwritten(&self.file, &e))?;
         self.writer
             .finish()
-            .map_err(|e| Error::write(&self.file, e))?;
+            .map_err(|e| Error::unwritten(&self.file, &e))?;
         // What was written is there also after the power has gone.
         let synced = File::open(&self.file).and_then(|file| file.sync_all());
         synced.map_err(|e| Error::io(&self.file, e))?;

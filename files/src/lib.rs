@@ -7,4 +7,4 @@ mod reading;
 mod writing;
 
 pub use reading::{read, read_text};
-pub use writing::{create_new, is_same, write};
+pub use writing::{check, create_new, is_same, write};

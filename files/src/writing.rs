@@ -33,16 +33,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         }
     }
     let target = followed(path)?;
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    // Made with O_EXCL under a name that nobody foresees: a link that was planted is not followed.
-    let mut beside = tempfile::Builder::new()
-        .prefix(".")
-        .suffix(".new")
-        .permissions(Permissions::from_mode(NEW_FILE))
-        .tempfile_in(folder)?;
+    let folder = folder_of(&target);
+    let mut beside = beside(folder)?;
     if let Some(there) = &there {
         beside
             .as_file()
@@ -52,6 +44,25 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     beside.as_file().sync_all()?;
     beside.persist(&target).map_err(|error| error.error)?;
     File::open(folder)?.sync_all()
+}
+
+/// Whether [`write()`] could write there now, without changing anything: for work of hours whose end is a file. What is a device or a
+/// pipe is only looked at.
+///
+/// # Errors
+/// What [`write()`] would say.
+pub fn check(path: &Path) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(there) if there.is_dir() => return Err(io::Error::from(io::ErrorKind::IsADirectory)),
+        Ok(there) if !there.is_file() || is_descriptor(path) => {
+            return Ok(rustix::fs::access(path, rustix::fs::Access::WRITE_OK)?);
+        }
+        Ok(_) => {}
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    let target = followed(path)?;
+    beside(folder_of(&target)).map(drop)
 }
 
 /// Makes a file that is not there yet, to be written bit by bit: no link is followed, and nothing is ever emptied.
@@ -71,6 +82,23 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
 /// Names of open descriptors lead to files that somebody else has opened and goes on writing.
 fn is_descriptor(path: &Path) -> bool {
     path.starts_with("/dev") || path.starts_with("/proc")
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// A new file that goes away unless it gets another name. Made with O_EXCL under a name that nobody foresees: a link that was planted
+/// is not followed.
+fn beside(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new()
+        .prefix(".")
+        .suffix(".new")
+        .permissions(Permissions::from_mode(NEW_FILE))
+        .tempfile_in(folder)
 }
 
 /// Where the links lead, be there a file or not.
@@ -213,6 +241,28 @@ mod tests {
         let ring = folder.path().join("ring");
         symlink("ring", &ring).unwrap();
         write(&ring, b"x").unwrap_err();
+    }
+
+    /// What could not be written is told before anything is written, and looking changes nothing.
+    #[test]
+    fn a_place_is_looked_at_beforehand() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.yaml");
+        check(&file).unwrap();
+        assert_eq!(names(folder.path()), [""; 0]);
+        fs::write(&file, "old").unwrap();
+        check(&file).unwrap();
+        check(Path::new("/dev/null")).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"old");
+        for bad in [
+            folder.path(),
+            &folder.path().join("none/b"),
+            &file.join("b"),
+            Path::new("/proc/b"),
+        ] {
+            check(bad).unwrap_err();
+        }
+        assert_eq!(names(folder.path()), ["a.yaml"]);
     }
 
     /// What is to be new is not there yet, not even as a link to nothing; the same file under two names is known.

@@ -14,8 +14,10 @@
 )]
 
 mod bag_cache;
+mod chance;
 mod chromium;
 mod cli;
+mod datagrams;
 mod executables;
 mod filled;
 mod held_file;
@@ -31,8 +33,10 @@ mod skipping;
 mod tolerance;
 
 pub use bag_cache::{Simulation, copy_bag, mcap_of, scratch};
+pub use chance::Chance;
 pub use chromium::{chromium, look_at};
 pub use cli::{Answer, calibrate, rotary_sins, text};
+pub use datagrams::{Intruder, Prefix, fragment_of, gap, heartbeat};
 pub use executables::{EXECUTABLES, executable, repository, target_directory};
 pub use filled::{assert_filled, filled};
 pub use held_file::hold_file;

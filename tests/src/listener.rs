@@ -4,8 +4,9 @@ use std::fmt::Debug;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use ros_node::{Message, Node, NodeBuilder, Qos};
+use ros_node::{Message, Node, NodeBuilder, Publisher, Qos};
 use ros2_interfaces::RosMessage;
+use ros2_interfaces::std_srvs::{TRIGGER, TriggerRequest, TriggerResponse};
 
 /// Longest time that anything is waited for. It only ends what would never end: the slowest of these tests takes two minutes on
 /// a quiet machine, and a busy one may take its time.
@@ -34,6 +35,61 @@ impl Listener {
                 .unwrap()
         };
         Self { node, runtime }
+    }
+
+    /// A voice on a topic.
+    pub fn speak<M>(&self, topic: &str, qos: Qos) -> Publisher<M>
+    where
+        M: RosMessage + Message + Clone + Send + 'static,
+    {
+        let _context = self.runtime.enter();
+        self.node.publisher::<M>(topic, qos).unwrap()
+    }
+
+    /// Asks a service, and waits for its answer.
+    pub fn call<Request, Response>(&self, service: &str, kind: &str, request: Request) -> Response
+    where
+        Request: Message + Clone + 'static,
+        Response: Message + Clone + 'static,
+    {
+        let client = {
+            let _context = self.runtime.enter();
+            self.node
+                .client::<Request, Response>(service, kind)
+                .unwrap()
+        };
+        self.runtime
+            .block_on(client.call(request, GUARD))
+            .unwrap_or_else(|error| panic!("{service}: {error}"))
+    }
+
+    /// Asks a service so many times, one call behind the other.
+    pub fn call_often<Request, Response>(
+        &self,
+        service: &str,
+        kind: &str,
+        request: &Request,
+        times: usize,
+    ) where
+        Request: Message + Clone + 'static,
+        Response: Message + Clone + 'static,
+    {
+        let client = {
+            let _context = self.runtime.enter();
+            self.node
+                .client::<Request, Response>(service, kind)
+                .unwrap()
+        };
+        self.runtime.block_on(async {
+            for _ in 0..times {
+                client.call(request.clone(), GUARD).await.unwrap();
+            }
+        });
+    }
+
+    /// Asks a service of `std_srvs/srv/Trigger`, and waits for its answer.
+    pub fn trigger(&self, service: &str) -> TriggerResponse {
+        self.call(service, TRIGGER, TriggerRequest::default())
     }
 
     /// Keeps every message of a topic from now on; of a latched one, what was said before too.

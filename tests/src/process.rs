@@ -97,6 +97,11 @@ impl Program {
         self
     }
 
+    /// What it is called in logs.
+    pub fn name(&self) -> &str {
+        &self.label
+    }
+
     /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
@@ -223,6 +228,13 @@ impl Running {
     pub fn end(&mut self) -> ExitStatus {
         self.signal(Signal::INT);
         self.wait()
+    }
+
+    /// SIGSTOP, and SIGCONT after this time: Ctrl-Z and `fg`, a debugger, a container that was frozen.
+    pub fn stop_for(&self, time: Duration) {
+        self.signal(Signal::STOP);
+        std::thread::sleep(time);
+        self.signal(Signal::CONT);
     }
 
     fn signal(&self, signal: Signal) {

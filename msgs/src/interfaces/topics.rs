@@ -88,4 +88,10 @@ topics! {
     TRUE_CALIBRATION: Calibration = "ground_truth/calibration", Qos::latched(1),
         "`imu_simulator`" => "tools",
         "True sensor errors and first attitude";
+    SMOOTHED_ODOMETRY: Odometry = "smoothed/odometry", Qos::reliable(1000),
+        "`rotary-sins calibrate --smooth`" => "tools",
+        "Pose of the sensor block, as the whole record says it was";
+    SMOOTHED_FIX: NavSatFix = "smoothed/fix", Qos::reliable(1000),
+        "`rotary-sins calibrate --smooth`" => "tools",
+        "The same position on the globe";
 }

@@ -4,6 +4,14 @@ use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use sins::Stamp;
 use sins::stream::counts::StreamCounts;
 
+/// Names of frames are no longer.
+const LONGEST_FRAME: usize = 256;
+
+/// Whether the name of a frame is taken over into what is published: there is one, and no message grows large by it.
+pub fn is_frame(name: &str) -> bool {
+    (1..=LONGEST_FRAME).contains(&name.len())
+}
+
 /// How the samples come: their arrival, their rate, and what the machine counts of them.
 pub fn samples_report(
     watch: &InputWatch,
@@ -44,24 +52,20 @@ pub fn samples_report(
         );
     }
     let topic = watch.topic();
-    let mut faults = Vec::new();
-    if counts.gaps > 0 {
-        faults.push(format!(
-            "{} gaps, {} samples lost",
-            counts.gaps, counts.lost
-        ));
+    let gaps = format!(
+        "{topic}: {} gaps, {} samples lost",
+        counts.gaps, counts.lost
+    );
+    let refused = format!("{topic}: {} samples refused", counts.refused());
+    let restarts = format!("{topic}: the clock was broken {} times", counts.restarts);
+    let report = report
+        .counted(Level::Warn, "gaps", counts.gaps, &gaps)
+        .counted(Level::Warn, "refused", counts.refused(), &refused)
+        .counted(Level::Warn, "restarts", counts.restarts, &restarts);
+    match publishers.several() {
+        Some(several) => report.worsened(Level::Warn, &format!("{topic}: {several}")),
+        None => report,
     }
-    if counts.refused() > 0 {
-        faults.push(format!("{} samples refused", counts.refused()));
-    }
-    if counts.restarts > 0 {
-        faults.push(format!("the clock was broken {} times", counts.restarts));
-    }
-    faults.extend(publishers.several());
-    if faults.is_empty() {
-        return report;
-    }
-    report.worsened(Level::Warn, &format!("{topic}: {}", faults.join(", ")))
 }
 
 /// Who publishes on the topic of the samples; says it once where it is more than one.

@@ -264,21 +264,24 @@ fn diagnose(node: &Node, progress: &Arc<SimulatedTime>, settings: &Settings) {
             progress.refused.load(Ordering::Relaxed),
             progress.late.load(Ordering::Relaxed),
         );
-        let mut report = Report::ok(format!("{speed:.1} times real time"))
+        let report = Report::ok(format!("{speed:.1} times real time"))
             .with("simulated [s]", format!("{:.3}", simulated as f64 * 1e-9))
             .with("speed wanted", wanted)
             .with("motions", progress.started.load(Ordering::Relaxed))
             .with("trajectories refused", refused)
             .with("trajectories late", late);
-        if late > 0 {
-            report = report.worsened(
-                Level::Warn,
-                &format!("{late} trajectories arrived after their start"),
-            );
-        }
-        if refused > 0 {
-            report = report.worsened(Level::Warn, &format!("{refused} trajectories refused"));
-        }
         report
+            .counted(
+                Level::Warn,
+                "late",
+                late,
+                &format!("{late} trajectories arrived after their start"),
+            )
+            .counted(
+                Level::Warn,
+                "refused",
+                refused,
+                &format!("{refused} trajectories refused"),
+            )
     });
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use imu_input::{Publishers, samples_report};
+use imu_input::{Publishers, is_frame, samples_report};
 use ros_node::{InputWatch, Level, Report, StreamMonitor};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
@@ -189,7 +189,7 @@ impl Compensator {
                 self.origin.get_or_insert(place);
                 tracing::info!(
                     "calibration from {} ({:.0} s, {} samples, {} gaps)",
-                    message.source,
+                    ros_node::short(&message.source),
                     message.duration,
                     message.samples,
                     message.gaps
@@ -240,8 +240,9 @@ impl Compensator {
         match ImuSample::from_message(imu) {
             Ok(sample) => {
                 self.imu_stamps.ingest(sample.stamp.nanos());
-                if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
-                    self.frame_id.clone_from(&imu.header.frame_id);
+                let frame_id = &imu.header.frame_id;
+                if self.frame_id != *frame_id && is_frame(frame_id) {
+                    self.frame_id.clone_from(frame_id);
                 }
                 self.navigator.push_imu(&sample);
                 self.advance(publish);

@@ -126,7 +126,8 @@ pub fn odometry(
     let position = &mut message.pose.pose.position;
     (position.x, position.y, position.z) = (offset.x, offset.y, offset.z);
     message.pose.pose.orientation = solution.base_link.into();
-    message.pose.covariance = row_major(&pose_covariance(solution));
+    message.pose.covariance =
+        row_major(&pose_covariance(&solution.navigation, &solution.covariance));
     message.twist.twist.linear = motion.velocity.into();
     message.twist.twist.angular = motion.angular_rate.into();
     message.twist.covariance = row_major(&motion.covariance);
@@ -136,7 +137,7 @@ pub fn odometry(
 /// The position on the globe.
 pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
     let navigation = &solution.navigation;
-    let pose = pose_covariance(solution);
+    let pose = pose_covariance(&solution.navigation, &solution.covariance);
     NavSatFix {
         header: header(stamp, frame_id),
         status: NavSatStatus {

@@ -7,12 +7,12 @@ use anyhow::{Context, ensure};
 use nalgebra::Vector3;
 use ros_node::{ParameterSet, Unit};
 use sins::estimation::filter::InitialUncertainty;
-use sins::machines::self_calibration::{EncoderAccuracy, Reference, Settings};
+use sins::machines::self_calibration::{EncoderAccuracy, NoiseFrom, Reference, Settings};
 use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
 use crate::axes;
-use crate::groups::{GradeChoice, groups};
+use crate::groups::{GradeChoice, groups, readable};
 use crate::units::{
     ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
     MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
@@ -58,11 +58,43 @@ impl FromStr for VelocityReference {
     }
 }
 
+/// Where the noise is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseChoice {
+    /// From the covariances of the messages.
+    Messages,
+    /// From the samples at rest.
+    Rest,
+}
+
+impl NoiseChoice {
+    const NAMES: [&str; 2] = ["messages", "rest"];
+}
+
+impl fmt::Display for NoiseChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::NAMES[*self as usize])
+    }
+}
+
+impl FromStr for NoiseChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "messages" => Ok(Self::Messages),
+            "rest" => Ok(Self::Rest),
+            other => Err(format!("'{other}' is none of {}", Self::NAMES.join(", "))),
+        }
+    }
+}
+
 /// The settings of the filter, and what of them is not put together yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterParameters {
     settings: Settings,
     grade: GradeChoice,
+    noise_from: NoiseChoice,
     velocity_reference: VelocityReference,
     moored_sigma_m_s: f64,
     velocity_patience_s: f64,
@@ -70,7 +102,8 @@ pub struct FilterParameters {
 
 impl From<Settings> for FilterParameters {
     /// As these settings have it.
-    fn from(settings: Settings) -> Self {
+    fn from(mut settings: Settings) -> Self {
+        settings.groups = readable(settings.groups);
         let moored = |reference| match reference {
             Reference::Moored { sigma_m_s } | Reference::Auto { sigma_m_s, .. } => Some(sigma_m_s),
             Reference::Measured { .. } | Reference::Position { .. } => None,
@@ -90,6 +123,10 @@ impl From<Settings> for FilterParameters {
         let reference = settings.reference;
         Self {
             grade: GradeChoice::from(settings.grade),
+            noise_from: match settings.noise_from {
+                NoiseFrom::Samples => NoiseChoice::Messages,
+                NoiseFrom::Rest => NoiseChoice::Rest,
+            },
             settings,
             velocity_reference,
             moored_sigma_m_s: moored(reference)
@@ -134,6 +171,10 @@ impl FilterParameters {
                 },
             },
             grade: self.grade.into(),
+            noise_from: match self.noise_from {
+                NoiseChoice::Messages => NoiseFrom::Samples,
+                NoiseChoice::Rest => NoiseFrom::Rest,
+            },
             encoders: self.settings.encoders.filter(|e| e.sigma_rad > 0.0),
             ..self.settings
         };
@@ -174,14 +215,20 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
             DEGREE_PER_SQRT_HOUR,
             0.0..=10.0,
             |s| s.noise().gyroscope.as_mut_slice(),
-            "White noise of the gyroscopes; 0: from the covariances of the Imu messages",
+            "White noise of the gyroscopes; 0: as noise_from says",
         )
         .uniform(
             "velocity_random_walk_ug_per_sqrt_hz",
             MICRO_G_PER_SQRT_HERTZ,
             0.0..=1e5,
             |s| s.noise().accelerometer.as_mut_slice(),
-            "White noise of the accelerometers; 0: from the covariances of the Imu messages",
+            "White noise of the accelerometers; 0: as noise_from says",
+        )
+        .choice(
+            "noise_from",
+            &NoiseChoice::NAMES,
+            |s| &mut s.noise_from,
+            "The noise is taken from the covariances of the Imu messages, or from the samples of a coarse alignment at rest",
         )
         .number(
             "moored_sigma_m_s",

@@ -124,9 +124,20 @@ const ROWS: [Row; 17] = [
     ),
 ];
 
+/// The same priors, where those that the grade tells are -1 in the unit that people read.
+pub(crate) fn readable(mut priors: GroupPriors) -> GroupPriors {
+    for (_, unit, field, _) in &ROWS {
+        let prior = field(&mut priors);
+        if *prior < 0.0 {
+            *prior = unit.to_si(-1.0);
+        }
+    }
+    priors
+}
+
 /// Parameters of the groups.
 pub(crate) fn groups() -> ParameterSet<GroupPriors> {
-    let set = ParameterSet::new("Prior", GroupPriors::BY_GRADE);
+    let set = ParameterSet::new("Prior", readable(GroupPriors::BY_GRADE));
     ROWS.into_iter()
         .fold(set, |set, (key, unit, field, words)| {
             set.number(key, unit, -1e9..=1e9, field, words)

@@ -17,6 +17,8 @@ use crate::supervisor::Limits;
 const ENDING: Duration = Duration::from_secs(3);
 /// Time of `configure`, where a manager waits for it.
 const CONFIGURING: Duration = Duration::from_secs(10);
+/// What the process may take, unless it says otherwise \[bytes\]: twenty times what a node of ours needs.
+const MEMORY: u64 = 1 << 30;
 
 /// Declares a node: its name, what it is for, its parameters.
 #[derive(Clone, Debug)]
@@ -57,6 +59,7 @@ impl NodeBuilder {
             limits: Limits {
                 ending: Some(ENDING),
                 configuring: CONFIGURING,
+                memory: MEMORY,
             },
             types: Registry::new(),
         }
@@ -161,6 +164,14 @@ impl NodeBuilder {
     #[must_use]
     pub fn end_within(mut self, limit: Option<Duration>) -> Self {
         self.limits.ending = limit;
+        self
+    }
+
+    /// Ends the node, in order and with status 1, where the process has more memory of its own than this \[bytes\], instead of 1 GiB: whoever is on
+    /// the network decides what the middleware takes.
+    #[must_use]
+    pub fn memory_limit(mut self, limit: u64) -> Self {
+        self.limits.memory = limit;
         self
     }
 

@@ -1,5 +1,5 @@
 //! The time of the node: the system's, or that of `/clock`, which the Spinner of ros2-client subscribes as another type
-//! (`upstream/ros2-client-clock.md`).
+//! (`docs/upstream/ros2-client-clock.md`).
 
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};

@@ -1,9 +1,10 @@
 //! `/diagnostics`: how the node is, part by part, once a second.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ros2_interfaces::builtin_interfaces::Time;
 use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
@@ -16,6 +17,8 @@ use stream_monitor::StreamMonitor;
 
 /// Wall time between two reports.
 const PERIOD: Duration = Duration::from_secs(1);
+/// What happened longer ago is a thing of the past.
+const PAST: Duration = Duration::from_secs(60);
 
 /// How a part of the node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,12 +33,28 @@ pub enum Level {
     Stale = 3,
 }
 
-/// What a task reports.
-#[derive(Clone, Debug, PartialEq)]
+/// What a task reports. Two are equal where they say the same.
+#[derive(Clone, Debug)]
 pub struct Report {
     level: Level,
     message: String,
+    faults: Vec<Fault>,
     values: Vec<(String, String)>,
+}
+
+impl PartialEq for Report {
+    fn eq(&self, other: &Self) -> bool {
+        self.said(|_| true) == other.said(|_| true) && self.values == other.values
+    }
+}
+
+/// Something that makes a report worse.
+#[derive(Clone, Debug)]
+struct Fault {
+    level: Level,
+    message: String,
+    /// Where it is a thing of the past that is counted: what it is, and how often it has happened.
+    count: Option<(String, u64)>,
 }
 
 impl Report {
@@ -44,6 +63,7 @@ impl Report {
         Self {
             level,
             message: message.into(),
+            faults: Vec::new(),
             values: Vec::new(),
         }
     }
@@ -77,7 +97,7 @@ impl Report {
 
     /// How it is.
     pub fn level(&self) -> Level {
-        self.level
+        self.said(|_| true).0
     }
 
     /// The value of this key.
@@ -89,19 +109,62 @@ impl Report {
     /// Raises the level, and takes this message where it is worse than before. A fault as bad as the one before is said
     /// behind it: neither hides the other.
     #[must_use]
-    pub fn worsened(mut self, level: Level, message: &str) -> Self {
-        match level.cmp(&self.level) {
-            Ordering::Greater => {
-                self.level = level;
-                message.clone_into(&mut self.message);
-            }
-            Ordering::Equal if level > Level::Ok => {
-                self.message.push_str("; ");
-                self.message.push_str(message);
-            }
-            Ordering::Equal | Ordering::Less => {}
+    pub fn worsened(self, level: Level, message: &str) -> Self {
+        self.faulty(level, message, None)
+    }
+
+    /// As [`Self::worsened`], by something that has happened so often up to now; nothing, where that is never. It is said for a minute
+    /// after it has happened last: whoever looks later sees by the values that it did, and by the level that it is over.
+    #[must_use]
+    pub fn counted(self, level: Level, what: &str, count: u64, message: &str) -> Self {
+        if count == 0 {
+            return self;
         }
+        self.faulty(level, message, Some((what.to_owned(), count)))
+    }
+
+    fn faulty(mut self, level: Level, message: &str, count: Option<(String, u64)>) -> Self {
+        let message = message.to_owned();
+        self.faults.push(Fault {
+            level,
+            message,
+            count,
+        });
         self
+    }
+
+    /// Level and line, by the faults that still hold.
+    fn said(&self, mut holds: impl FnMut(&Fault) -> bool) -> (Level, String) {
+        let mut said = (self.level, self.message.clone());
+        for fault in &self.faults {
+            if !holds(fault) {
+                continue;
+            }
+            match fault.level.cmp(&said.0) {
+                Ordering::Greater => said = (fault.level, fault.message.clone()),
+                Ordering::Equal if fault.level > Level::Ok => {
+                    said.1.push_str("; ");
+                    said.1.push_str(&fault.message);
+                }
+                Ordering::Equal | Ordering::Less => {}
+            }
+        }
+        said
+    }
+}
+
+/// When what is counted has happened last.
+#[derive(Default)]
+struct Counts(BTreeMap<String, (u64, Instant)>);
+
+impl Counts {
+    /// Whether it has happened within [`PAST`].
+    fn is_fresh(&mut self, what: &str, count: u64, now: Instant) -> bool {
+        let last = self.0.entry(what.to_owned()).or_insert((0, now));
+        if count != last.0 {
+            *last = (count, now);
+        }
+        now.saturating_duration_since(last.1) < PAST
     }
 }
 
@@ -119,7 +182,8 @@ impl From<&StreamMonitor> for Report {
             let text = format!(
                 "{gaps} gaps with {lost} samples lost, {repeated} repeated and {backward} backward stamps"
             );
-            report.worsened(Level::Warn, &text)
+            let count = gaps + repeated + backward;
+            report.counted(Level::Warn, "stamps", count, &text)
         } else {
             report
         };
@@ -140,6 +204,7 @@ struct Task {
     name: String,
     check: Check,
     last: Option<Level>,
+    counts: Counts,
     /// Asked whether the node is active or not, and kept when its main function is dropped.
     built_in: bool,
 }
@@ -180,6 +245,7 @@ impl Diagnostics {
             name: name.to_owned(),
             check: Box::new(check),
             last: None,
+            counts: Counts::default(),
             built_in,
         });
     }
@@ -196,6 +262,10 @@ impl Diagnostics {
 
     /// Asks every task; a change of its level is logged, once.
     pub(crate) fn check(&self, node: &str, active: bool) -> Vec<DiagnosticStatus> {
+        self.check_at(node, active, Instant::now())
+    }
+
+    fn check_at(&self, node: &str, active: bool, now: Instant) -> Vec<DiagnosticStatus> {
         let mut shared = self.lock();
         let hardware_id = shared.hardware_id.clone();
         let statuses = shared.tasks.iter_mut().map(|task| {
@@ -204,12 +274,13 @@ impl Diagnostics {
             } else {
                 Report::ok("inactive")
             };
-            task.log_change(&report);
-            task.last = Some(report.level);
+            let (level, message) = task.said(&report, now);
+            task.log_change(level, &message);
+            task.last = Some(level);
             DiagnosticStatus {
-                level: report.level as u8,
+                level: level as u8,
                 name: format!("{node}: {}", task.name),
-                message: report.message,
+                message,
                 hardware_id: hardware_id.clone(),
                 values: report
                     .values
@@ -253,13 +324,21 @@ impl Diagnostics {
 }
 
 impl Task {
-    fn log_change(&self, report: &Report) {
+    /// What a report says now: what is counted and long past is left out.
+    fn said(&mut self, report: &Report, now: Instant) -> (Level, String) {
+        report.said(|fault| {
+            let count = fault.count.as_ref();
+            count.is_none_or(|(what, count)| self.counts.is_fresh(what, *count, now))
+        })
+    }
+
+    fn log_change(&self, level: Level, message: &str) {
         let before = self.last.unwrap_or(Level::Ok);
-        if report.level == before {
+        if level == before {
             return;
         }
-        let (name, message) = (&self.name, &report.message);
-        match report.level {
+        let name = &self.name;
+        match level {
             Level::Ok => tracing::info!("{name}: {message}"),
             Level::Warn | Level::Stale => tracing::warn!("{name}: {message}"),
             Level::Error => tracing::error!("{name}: {message}"),
@@ -270,6 +349,37 @@ impl Task {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is counted is said for a minute after it has happened last, and once more when it happens again; what holds on is said as
+    /// long as it does.
+    #[test]
+    fn what_is_past_clears() {
+        let diagnostics = Diagnostics::default();
+        let gaps = Arc::new(std::sync::atomic::AtomicU64::new(0));
+        let count = Arc::clone(&gaps);
+        diagnostics.add("imu stream", move || {
+            let gaps = count.load(std::sync::atomic::Ordering::Relaxed);
+            Report::ok("100 Hz").counted(Level::Warn, "gaps", gaps, "gaps")
+        });
+        diagnostics.add("disk", || Report::ok("").worsened(Level::Error, "full"));
+        let begun = Instant::now();
+        let level = |seconds| {
+            let now = begun + Duration::from_secs(seconds);
+            let statuses = diagnostics.check_at("n", true, now);
+            assert_eq!(statuses[1].level, Level::Error as u8);
+            statuses[0].level
+        };
+        let happens = || gaps.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let (ok, warn) = (Level::Ok as u8, Level::Warn as u8);
+        assert_eq!(level(0), ok);
+        happens();
+        assert_eq!(
+            [level(1), level(60), level(61), level(500)],
+            [warn, warn, ok, ok]
+        );
+        happens();
+        assert_eq!([level(501), level(562)], [warn, ok]);
+    }
 
     /// A report carries node, task, level and values in the form of diagnostic_updater.
     #[test]

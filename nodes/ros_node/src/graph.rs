@@ -1,7 +1,7 @@
 //! Who is matched with whom, and who cannot be.
 //!
 //! ros2-client keeps this in its Spinner, which we do not run: it subscribes `/clock` as the wrong type
-//! (`upstream/ros2-client-clock.md`). The node's
+//! (`docs/upstream/ros2-client-clock.md`). The node's
 //! own `ros_discovery_info` does not need the Spinner, so that tools see the node all the same.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -104,8 +104,10 @@ impl InputWatch {
             .with("received", self.received);
         for (kind, count) in &self.refused {
             report = report
-                .worsened(
+                .counted(
                     Level::Warn,
+                    kind,
+                    *count,
                     &format!("{}: messages refused, {kind}", self.topic),
                 )
                 .with(&format!("refused, {kind}"), count);

@@ -51,6 +51,7 @@
 //! | types | `~/get_type_description` |
 //! | diagnostics | [`Diagnostics`] once a second; the task `topics` is built in |
 //! | log | the macros of `tracing`; `[INFO] [sec.nsec] [node]: text` on standard error, and `/rosout` |
+//! | middleware | a stop and a continuation (Ctrl-Z and `fg`, a debugger) are lived through; where RustDDS's threads end or lock up all the same: a FATAL line and status 1 within seconds; memory is bounded ([`NodeBuilder::memory_limit`], [`BoundedAllocator`]) |
 //! | end | SIGINT, SIGTERM, [`Node::request_shutdown`]: first what is to be put in order ([`Endings`]), then 3 s for the main function ([`NodeBuilder::end_within`]), then its endpoints leave the graph. A main function that is dropped is a FATAL line and status 1 |
 //!
 //! The Spinner of ros2-client is not run: it subscribes `/clock` as another type. What it provides is done here
@@ -62,13 +63,11 @@
 //! # Known limits
 //! - After `cleanup` of a managed node, or where a program drops an endpoint, Fast DDS goes on listing it until the
 //!   process ends: RustDDS 0.15 disposes of endpoints by serialized key, which Fast DDS does not read
-//!   (`upstream/rustdds-key-hash.md`). Of whole participants this crate takes leave itself.
-//! - After SIGSTOP and SIGCONT (Ctrl-Z and `fg`, a debugger) RustDDS's event loops end with "Interrupted system call":
-//!   the process lives on and hears nothing (`upstream/rustdds-eintr.md`). Restart it.
-//! - The hash of a type in discovery is invalid (`ros2 topic info -v`, `upstream/rustdds-type-hash.md`);
+//!   (`docs/upstream/rustdds-key-hash.md`). Of whole participants this crate takes leave itself.
+//! - The hash of a type in discovery is invalid (`ros2 topic info -v`, `docs/upstream/rustdds-type-hash.md`);
 //!   `~/get_type_description` has it right.
 //! - A long-lived Fast DDS participant may miss endpoints that are made many at a time
-//!   (`upstream/rustdds-sedp-timestamp.md`).
+//!   (`docs/upstream/rustdds-sedp-timestamp.md`).
 //! - ros2-client keeps a writer of `/parameter_events` of its own, which never writes: tools count two.
 //! - The discovery range `OFF` and DDS security are refused.
 
@@ -84,6 +83,7 @@ mod graph;
 mod input_watch;
 mod lifecycle;
 mod logging;
+mod middleware;
 mod names;
 mod node;
 mod node_names;
@@ -117,7 +117,8 @@ pub use error::{Error, Result};
 pub use input_watch::InputWatch;
 pub use lifecycle::LIFECYCLE_AUTOSTART;
 pub use logging::fatal;
-pub use names::{NameKind, NodeIdentity, RemapRule, RemapTarget};
+pub use middleware::BoundedAllocator;
+pub use names::{NameKind, NodeIdentity, RemapRule, RemapTarget, short};
 pub use node::Node;
 pub use overflow::Overflow;
 pub use parameters::{

@@ -223,10 +223,30 @@ pub fn resolve(
     Ok(resolved)
 }
 
+/// Text from outside, for a line: at most its first 80 letters, and how long it is.
+pub fn short(text: &str) -> std::borrow::Cow<'_, str> {
+    const LETTERS: usize = 80;
+    match text.char_indices().nth(LETTERS) {
+        None => text.into(),
+        Some((end, _)) => format!("{}… ({} bytes)", &text[..end], text.len()).into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    /// A text of any length becomes part of a line.
+    #[test]
+    fn long_texts_are_cut() {
+        assert_eq!(short("imu_rate_hz"), "imu_rate_hz");
+        let long = short(&"Ω".repeat(1_000_000)).into_owned();
+        assert!(
+            long.len() < 200 && long.ends_with("… (2000000 bytes)"),
+            "{long}"
+        );
+    }
 
     fn node() -> NodeIdentity {
         NodeIdentity::new("/ship", "calibrator").unwrap()

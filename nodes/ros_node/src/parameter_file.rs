@@ -19,6 +19,8 @@ use crate::error::{Error, Result};
 use crate::yaml::Yaml;
 
 const PARAMETERS: &str = "ros__parameters";
+/// No parameter file is longer \[bytes\].
+const LONGEST: u64 = 1 << 20;
 
 /// The parameters that the file has for the node, in order of the file, keys joined by dots.
 ///
@@ -29,7 +31,7 @@ pub(crate) fn read(path: &Path, node: &str) -> Result<Vec<(String, Yaml)>> {
         path: path.to_owned(),
         reason,
     };
-    let text = std::fs::read_to_string(path).map_err(|error| bad(error.to_string()))?;
+    let text = files::read_text(path, LONGEST).map_err(|error| bad(error.to_string()))?;
     let mut found = Vec::new();
     match Yaml::parse(&text).map_err(bad)? {
         Yaml::Null => {}
@@ -200,5 +202,9 @@ mod tests {
             );
         }
         assert!(read(Path::new("/nowhere.yaml"), "/n").is_err());
+        let told = names(&"# long\n".repeat(200_000), "/n").unwrap_err();
+        assert!(told.to_string().contains("expected at most"), "{told}");
+        let told = read(Path::new("/dev/zero"), "/n").unwrap_err();
+        assert!(told.to_string().contains("regular file"), "{told}");
     }
 }

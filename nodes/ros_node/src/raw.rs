@@ -18,7 +18,7 @@ use crate::subscription::Subscription;
 /// A message of any type as its little-endian CDR, without the four bytes of encapsulation in front.
 ///
 /// (ros2-client does not hand the encapsulation over, so that a big-endian sender's payload cannot be told from a
-/// little-endian one, `upstream/ros2-client-raw-payloads.md`. ROS 2 runs on no big-endian machine.)
+/// little-endian one, `docs/upstream/ros2-client-raw-payloads.md`. ROS 2 runs on no big-endian machine.)
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Payload(pub Vec<u8>);
 

@@ -1,7 +1,7 @@
 //! Answers of services, each to whom it is for.
 //!
 //! A client of ros2-client hands out one answer at a time, to whoever looks: who waits for one throws away those of others
-//! (`upstream/ros2-client-replies.md`). So answers are taken here for everybody and filed by their request.
+//! (`docs/upstream/ros2-client-replies.md`). So answers are taken here for everybody and filed by their request.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;

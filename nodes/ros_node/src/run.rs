@@ -11,6 +11,7 @@ use crate::builder::{NodeBuilder, Startup};
 use crate::discovery::{Identity, farewell};
 use crate::lifecycle::LIFECYCLE_AUTOSTART;
 use crate::logging;
+use crate::middleware::{Watchdog, is_of_middleware};
 use crate::node::Node;
 use crate::ros_args::RosArgs;
 use crate::supervisor::{Failure, Signals, Supervisor};
@@ -137,10 +138,18 @@ where
     let limits = startup.limits;
     let node = Node::start(startup).map_err(Failure::Start)?;
     end_on_panic(&node);
+    let watchdog = Watchdog::start(node.shutdown_handle().clone(), limits, FAILED);
     let signals = Signals::listen(node.shutdown_handle().clone())?;
     let autostart = !managed || node.parameter(LIFECYCLE_AUTOSTART).unwrap_or(true);
     let mut supervisor = Supervisor::new(node.clone(), main, signals, limits, autostart);
     let outcome = supervisor.work().await;
+    if node.shutdown_handle().is_broken() {
+        // What RustDDS holds may be locked for good: it is left where it stands. The others are told by ourselves.
+        farewell(Identity::of(&node.participant()), &environment);
+        let panicked = PANIC.load(Ordering::SeqCst);
+        std::process::exit(i32::from(if panicked { PANICKED } else { FAILED }));
+    }
+    drop(watchdog);
     // Here the main function goes, and its publishers and subscriptions with it, unless they were given to tasks.
     supervisor.shut_down();
     drop(supervisor);
@@ -169,6 +178,10 @@ fn end_on_panic(node: &Node) {
             .location()
             .map_or_else(String::new, |at| format!(" at {}:{}", at.file(), at.line()));
         logging::fatal(&format!("panic{place}: {text}"));
-        shutdown.request();
+        if is_of_middleware() {
+            shutdown.break_down();
+        } else {
+            shutdown.request();
+        }
     }));
 }

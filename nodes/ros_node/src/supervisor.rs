@@ -99,6 +99,8 @@ pub(crate) struct Limits {
     pub(crate) ending: Option<Duration>,
     /// `configure`, where a manager waits for it.
     pub(crate) configuring: Duration,
+    /// For the process's own memory \[bytes\].
+    pub(crate) memory: u64,
 }
 
 /// The main function of a node and who asks for what.
@@ -226,7 +228,9 @@ where
     async fn end(&mut self) -> Result<(), Failure> {
         let ready = self.node.is_ready();
         let mut outcome = None;
-        if self.running.is_some() {
+        // Where the middleware has broken down there is nobody to be told.
+        let is_broken = self.signals.shutdown.is_broken();
+        if self.running.is_some() && !is_broken {
             match self.leave(Purpose::ShutDown).await {
                 Left::Settled => {}
                 Left::Failed(reason) => self.complain(&reason),
@@ -264,7 +268,7 @@ where
     }
 
     fn verdict(&self) -> Result<(), Failure> {
-        if self.unsettled {
+        if self.unsettled || self.signals.shutdown.is_broken() {
             Err(Failure::Work)
         } else {
             Ok(())
@@ -284,6 +288,8 @@ where
     /// Lets everybody put things in order. Whoever asks for a transition meanwhile is told no.
     async fn leave(&mut self, purpose: Purpose) -> Left<E> {
         let mut settled = pin!(settled(self.node.parties().tell(purpose)));
+        let shutdown = self.signals.shutdown.clone();
+        let mut broken = pin!(shutdown.broken());
         loop {
             tokio::select! {
                 biased;
@@ -292,6 +298,9 @@ where
                     Err(reason) => Left::Failed(format!("the node {}: {reason}", purpose.verb())),
                 },
                 outcome = running(&mut self.running) => return Left::Ended(outcome),
+                () = &mut broken => {
+                    return Left::Failed("what was to be put in order is left: the middleware has broken down".to_owned());
+                }
                 Some(request) = next(&mut self.requests) => {
                     request.answer.send(false).ok();
                 }

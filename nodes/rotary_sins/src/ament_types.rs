@@ -2,13 +2,16 @@
 
 use std::{
     collections::BTreeSet,
-    env, fs,
+    env,
     path::{Path, PathBuf},
 };
 
 /// Line between the parts of a `ros2msg` schema.
 const SEPARATOR: &str =
     "================================================================================";
+
+/// No definition of a message is longer \[bytes\].
+const LONGEST: u64 = 1 << 20;
 
 /// Types that a field has without being a message.
 const PLAIN: [&str; 16] = [
@@ -101,8 +104,8 @@ fn read(prefixes: &[PathBuf], type_name: &str, ending: &str) -> Result<Option<St
             .join(format!("{name}.{ending}")),
         _ => return Err(Missing::NoMessage(type_name.to_owned())),
     };
-    let mut files = prefixes.iter().map(|prefix| prefix.join(&place));
-    Ok(files.find_map(|file| fs::read_to_string(file).ok()))
+    let mut places = prefixes.iter().map(|prefix| prefix.join(&place));
+    Ok(places.find_map(|file| files::read_text(&file, LONGEST).ok()))
 }
 
 /// The messages that the fields of a definition are made of, by full names.
@@ -127,6 +130,8 @@ fn parts(definition: &str, of: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::fs;
+
     use super::*;
 
     fn prefix(files: &[(&str, &str)]) -> tempfile::TempDir {

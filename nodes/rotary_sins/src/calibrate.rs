@@ -1,9 +1,8 @@
 //! `rotary-sins calibrate`: gyroscope drifts and accelerometer biases from a bag.
 
-use std::{ops::ControlFlow, path::PathBuf};
+use std::{fmt::Write, path::PathBuf};
 
 use analysis::Notes;
-use anyhow::Context;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use nalgebra::Vector3;
@@ -16,7 +15,7 @@ use sins::{
         vertical,
     },
     estimation::model,
-    machines::self_calibration::{Estimate, Event, ModelChoice, SelfCalibration, Verdict},
+    machines::self_calibration::{Estimate, ModelChoice, Verdict},
     units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G},
 };
 
@@ -24,6 +23,7 @@ use crate::{
     Outcome,
     filter_options::{FilterOptions, ThresholdOptions},
     output,
+    passes::{PassOptions, SmoothedBag},
     sensor_input::SensorInput,
 };
 
@@ -35,9 +35,14 @@ pub struct Options {
     /// Write the calibration to this file
     #[arg(long, value_name = "FILE.yaml")]
     output: Option<PathBuf>,
+    /// Replace FILE.yaml where it is there already
+    #[arg(long)]
+    force: bool,
     /// Write JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    passes: PassOptions,
     #[command(flatten)]
     filter: FilterOptions,
     #[command(flatten)]
@@ -93,38 +98,30 @@ struct Report {
     prior_std: Vec<Option<f64>>,
     unobservable: Vec<String>,
     encoders: String,
+    /// So many times the record was gone over.
+    passes: u32,
+    /// Where every epoch of it stands, smoothed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    smoothed: Option<SmoothedBag>,
+    /// White noise that the filter took, gyroscopes (rad/√s) and accelerometers (m/s/√s).
+    noise_density: [f64; 6],
+    /// The same as the samples at rest show it; null where an axis does not rest.
+    noise_density_at_rest: [Option<f64>; 6],
+    /// One-sigma of the ship's velocity, east, north, up; null where it is measured.
+    ship_motion_std_m_s: Option<[f64; 3]>,
     warnings: Vec<String>,
 }
 
 /// Runs the whole bag through the machine.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
+    if let Some(path) = &options.output {
+        output::check(path, Some(bag.path()), options.force)?;
+    }
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
-    let mut calibrator = SelfCalibration::new(settings.clone())?;
-    let mut said = 0.0;
-    let mut notes = options.input.feed(&bag, "calibrating", |sample, told| {
-        if let Some(reading) = sample.reading() {
-            calibrator.push(&reading)?;
-        }
-        while let Some(event) = calibrator.poll() {
-            told.event(&event);
-            if let Event::Estimate(estimate) = &event
-                && (estimate.duration_s - said).abs() >= 60.0
-            {
-                said = estimate.duration_s;
-                told.progress.message(short(estimate));
-            }
-        }
-        Ok(ControlFlow::Continue(()))
-    })?;
-    let estimate = calibrator
-        .finish()
-        .with_context(|| options.input.what_is_missing(&bag))?;
-    while let Some(event) = calibrator.poll() {
-        notes.event(&output::Screen, "at the end", &event);
-    }
-    notes.tell(&output::Screen);
+    let passed = options.passes.run(&options.input, &bag, &settings)?;
+    let (estimate, mut notes) = (&passed.estimate, passed.notes);
     let verdict = estimate.verdict(&settings);
     let is_reached = verdict.converged && verdict.consistent;
     if let Some(doubt) = estimate.axes_doubt() {
@@ -138,9 +135,19 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         output::file(path, &text, Some(bag.path()))?;
     }
     if options.json {
-        output::json(&report(&estimate, settings.model, verdict, notes))?;
+        let mut report = report(estimate, settings.model, verdict, notes);
+        report.passes = passed.passes;
+        report.smoothed = passed.smoothed;
+        output::json(&report)?;
     } else {
-        output::text_line(&text(&estimate, &verdict))?;
+        let mut text = text(estimate, &verdict);
+        if passed.passes > 1 {
+            let _ = write!(text, "\n{} passes", passed.passes);
+        }
+        if let Some(smoothed) = &passed.smoothed {
+            let _ = write!(text, "\n{smoothed}");
+        }
+        output::text_line(&text)?;
     }
     Ok(if is_reached {
         Outcome::Reached
@@ -207,6 +214,11 @@ fn report(estimate: &Estimate, model: ModelChoice, verdict: Verdict, notes: Note
             .map(Into::into)
             .collect(),
         encoders: estimate.encoders.to_string(),
+        passes: 1,
+        smoothed: None,
+        noise_density: noise_density(estimate),
+        noise_density_at_rest: estimate.noise_at_rest,
+        ship_motion_std_m_s: estimate.ship_motion_m_s,
         warnings: notes.lines,
     }
 }
@@ -216,7 +228,36 @@ fn prior(estimate: &Estimate) -> Vec<Option<f64>> {
     estimate.states.states().iter().map(of).collect()
 }
 
-fn short(estimate: &Estimate) -> String {
+fn noise_density(estimate: &Estimate) -> [f64; 6] {
+    let noise = &estimate.noise;
+    let [gx, gy, gz]: [f64; 3] = noise.gyroscope.into();
+    let [ax, ay, az]: [f64; 3] = noise.accelerometer.into();
+    [gx, gy, gz, ax, ay, az]
+}
+
+/// What the filter took the noise and the ship's motion for, beside what the samples show.
+fn ground(estimate: &Estimate) -> String {
+    let ratios = |axes: std::ops::Range<usize>| -> String {
+        let told = noise_density(estimate);
+        let seen = axes.map(|axis| estimate.noise_at_rest[axis].map(|seen| seen / told[axis]));
+        let words: Vec<String> = seen
+            .map(|ratio| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}")))
+            .collect();
+        words.join(" ")
+    };
+    let noise = format!(
+        "noise at rest over what was told: gyroscopes {}, accelerometers {}",
+        ratios(0..3),
+        ratios(3..6)
+    );
+    estimate.ship_motion_m_s.map_or(noise.clone(), |sigmas| {
+        let largest = sigmas.into_iter().fold(0.0, f64::max);
+        format!("{noise}; the ship is taken to move by {largest:.3} m/s (1 sigma)")
+    })
+}
+
+/// One line of an estimate.
+pub fn short(estimate: &Estimate) -> String {
     format!(
         "{}: 1 sigma at most {:.4} deg/h, {:.1} ug, azimuth {:.0} arcsec",
         estimate.phase.name(),
@@ -291,6 +332,8 @@ fn text(estimate: &Estimate, verdict: &Verdict) -> String {
     if let Some(further) = further(estimate) {
         text = format!("{further}\n{text}\n{}", estimate.encoders);
     }
+    text.push('\n');
+    text.push_str(&ground(estimate));
     for reason in &verdict.reasons {
         text.push_str("\n  ");
         text.push_str(reason);

@@ -19,6 +19,7 @@ mod navigate;
 mod observability;
 mod output;
 mod parameter_options;
+mod passes;
 mod play;
 mod progress;
 mod record;
@@ -30,6 +31,9 @@ mod simulate;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+#[global_allocator]
+static ALLOCATOR: ros_node::BoundedAllocator = ros_node::BoundedAllocator;
 
 /// Self-calibration of a dual-axis rotary strapdown inertial navigation system.
 #[derive(Parser)]

@@ -41,7 +41,24 @@ pub fn harmless(text: &str) -> Cow<'_, str> {
 
 /// Writes a file, whole or not at all. What a command reads, and every record, is never written over.
 pub fn file(path: &Path, text: &str, input: Option<&Path>) -> anyhow::Result<()> {
-    let name = || path.display().to_string();
+    refuse_records(path, input)?;
+    files::write(path, text.as_bytes()).with_context(|| path.display().to_string())
+}
+
+/// Looks before hours of work whether their result can be written: what [`file`] would refuse is told now, and so is a file that is
+/// there already, unless it is to be replaced.
+pub fn check(path: &Path, input: Option<&Path>, replaces: bool) -> anyhow::Result<()> {
+    refuse_records(path, input)?;
+    let is_there = std::fs::metadata(path).is_ok_and(|there| there.is_file());
+    ensure!(
+        replaces || !is_there,
+        "{}: it is there already; --force replaces it",
+        path.display()
+    );
+    files::check(path).with_context(|| path.display().to_string())
+}
+
+fn refuse_records(path: &Path, input: Option<&Path>) -> anyhow::Result<()> {
     if let Some(input) = input {
         ensure!(
             !files::is_same(path, input),
@@ -54,7 +71,7 @@ pub fn file(path: &Path, text: &str, input: Option<&Path>) -> anyhow::Result<()>
         "{}: it is a bag, and would be written over",
         path.display()
     );
-    files::write(path, text.as_bytes()).with_context(name)
+    Ok(())
 }
 
 /// Every figure with its data, as SVG and CSV in a folder.
@@ -138,5 +155,11 @@ mod tests {
         file(&page, "two", Some(&bag)).unwrap();
         file(&page, "three", Some(&page)).unwrap_err();
         assert_eq!(std::fs::read_to_string(&page).unwrap(), "two");
+        let told = |path| check(path, Some(&bag), false).unwrap_err().to_string();
+        assert!(told(&bag).contains("would be written over"));
+        assert!(told(&page).contains("--force replaces it"));
+        check(&page, Some(&bag), true).unwrap();
+        let nowhere = folder.path().join("none").join("page.html");
+        assert!(check(&nowhere, None, true).is_err());
     }
 }

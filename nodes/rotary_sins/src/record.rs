@@ -9,7 +9,7 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::{Context, bail};
@@ -37,6 +37,15 @@ const BATCH: usize = 256;
 /// Batches on the way to the file. When it is full the readers fill up, and what they lose is counted.
 const QUEUE: usize = 256;
 
+/// What the recorder may take: batches wait in memory where the disk is slow \[bytes\].
+const MEMORY: u64 = 4 << 30;
+/// How often what has been written is handed to the disk, and the disk is looked at.
+const LOOK_AT_DISK: Duration = Duration::from_secs(1);
+/// What a bag needs for its end: its last chunk and its index \[bytes\].
+const ROOM: u64 = 16 << 20;
+/// A chunk is open no longer than this: it is what a kill costs.
+const CHUNK: Duration = Duration::from_secs(10);
+
 /// Exit status where the bag is whole, but messages did not reach it.
 const LOST: u8 = 3;
 
@@ -46,7 +55,7 @@ const SAME_CLOCK: i64 = 600_000_000_000;
 /// Options of `record`.
 #[derive(Args, Clone)]
 #[command(
-    after_help = "Exit status: 0 done, 1 it broke down, 2 unusable arguments, 3 the bag is whole but messages were lost \
+    after_help = "Exit status: 0 done, 1 it broke down (a full disk: the bag is whole up to then), 2 unusable arguments, 3 the bag is whole but messages were lost \
                         on the way to it (a line names each topic)"
 )]
 pub struct Options {
@@ -88,6 +97,15 @@ enum Order {
         tokio::sync::oneshot::Sender<Result<TopicId, bags::Error>>,
     ),
     Write(Batch),
+    /// Hand what there is to the disk, and look at it.
+    Look,
+}
+
+/// What the thread that writes leaves behind.
+struct Written {
+    summary: BagSummary,
+    /// Why it ended by itself: the disk is full.
+    full: Option<String>,
 }
 
 /// Where a task's log times come from.
@@ -110,6 +128,7 @@ pub fn run(options: &Options, ros_arguments: Vec<String>) -> ExitCode {
     let builder = NodeBuilder::new("rotary_sins_recorder")
         .about("records topics into a bag")
         .worker_threads(2)
+        .memory_limit(MEMORY)
         // A bag without its end is half a bag: it is written however long the disk takes.
         .end_within(None);
     let lost = Arc::new(AtomicBool::new(false));
@@ -148,7 +167,7 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
     let bag = BagWriter::create(&options.output, write_options)?;
     node.set_ready();
     let (orders, queue) = mpsc::channel(QUEUE);
-    let writer = tokio::task::spawn_blocking(move || write(bag, queue));
+    let mut writer = tokio::task::spawn_blocking(move || write(bag, queue));
     let mut recorder = Recorder {
         node: node.clone(),
         orders,
@@ -164,11 +183,19 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
             None => std::future::pending().await,
         }
     };
-    tokio::select! {
-        result = recorder.follow() => result?,
-        () = node.shutdown() => {}
-        () = ended => node.request_shutdown(),
-    }
+    let mut early = None;
+    let followed = tokio::select! {
+        biased;
+        // It ends before the recording does where the disk does not take any more.
+        ended = &mut writer => {
+            early = Some(ended);
+            Ok(())
+        }
+        result = recorder.follow() => result,
+        () = node.shutdown() => Ok(()),
+        () = ended => Ok(()),
+    };
+    node.request_shutdown();
     let Recorder {
         orders,
         tasks,
@@ -179,11 +206,22 @@ async fn record(node: Node, options: Options) -> anyhow::Result<bool> {
     drop(orders);
     let end = async {
         let losses: Vec<(String, u64)> = tasks.join_all().await;
-        let summary = writer.await.context("the writer of the bag broke down")??;
-        anyhow::Ok((losses, summary))
+        let ended = match early {
+            Some(ended) => ended,
+            None => writer.await,
+        };
+        (losses, ended)
     };
-    let (losses, summary) = told_while_slow(end, &options.output).await?;
+    let (losses, ended) = told_while_slow(end, &options.output).await;
+    let written = ended.context("the writer of the bag broke down")?;
+    let Written { summary, full } = written.context(
+        "the disk takes no more; what the bag has up to its last whole chunk can be read",
+    )?;
     report(&summary, &losses, &wanted, &seen);
+    if let Some(full) = full {
+        bail!("{full}; the bag is whole up to then");
+    }
+    followed?;
     // Every time on /clock stands for those before it, and its publishers offer best effort: a lost one is missed by nobody.
     let is_loss = |(topic, lost): &(String, u64)| *lost > 0 && topic != CLOCK.name;
     Ok(losses.iter().any(is_loss))
@@ -253,7 +291,13 @@ impl Recorder {
     /// because the bag is told of another one. What was published before a reader was matched can only be had of transient local
     /// topics; that is a matter of DDS.
     async fn follow(&mut self) -> anyhow::Result<()> {
+        let mut looked = Instant::now();
         loop {
+            if looked.elapsed() >= LOOK_AT_DISK {
+                looked = Instant::now();
+                // Where the queue is full the disk is being written to at this moment, and says so itself.
+                self.orders.try_send(Order::Look).ok();
+            }
             let mut subscribed = Vec::new();
             for publisher in self.node.discovered_publishers() {
                 if self.wanted.has(&publisher.topic) {
@@ -419,9 +463,11 @@ async fn receive(
     )
 }
 
-/// The thread that packs and writes; ends the bag when nobody sends any more.
-fn write(mut bag: BagWriter, mut queue: mpsc::Receiver<Order>) -> Result<BagSummary, bags::Error> {
+/// The thread that packs and writes; ends the bag when nobody sends any more, or when the disk is so full that nothing but the end
+/// of the bag has room.
+fn write(mut bag: BagWriter, mut queue: mpsc::Receiver<Order>) -> Result<Written, bags::Error> {
     let mut payload = Vec::new();
+    let mut chunk = Instant::now();
     while let Some(order) = queue.blocking_recv() {
         match order {
             Order::Topic(topic, reply) => {
@@ -436,9 +482,42 @@ fn write(mut bag: BagWriter, mut queue: mpsc::Receiver<Order>) -> Result<BagSumm
                     bag.write_payload(batch.topic, *time, *time, &payload)?;
                 }
             }
+            Order::Look => {
+                if let Some(full) = full(bag.file()) {
+                    tracing::error!("{full}: the recording ends here");
+                    let summary = bag.finish()?;
+                    let full = Some(full);
+                    return Ok(Written { summary, full });
+                }
+                if chunk.elapsed() >= CHUNK {
+                    bag.flush()?;
+                    chunk = Instant::now();
+                } else {
+                    bag.hand_over()?;
+                }
+            }
         }
     }
-    bag.finish()
+    let summary = bag.finish()?;
+    Ok(Written {
+        summary,
+        full: None,
+    })
+}
+
+/// That the disk has room for nothing but the end of the bag, where that is so.
+fn full(bag: &Path) -> Option<String> {
+    // What says nothing of its room says so when it is written to.
+    let disk = rustix::fs::statvfs(bag).ok()?;
+    let room = disk.f_bavail.saturating_mul(disk.f_frsize);
+    (room < ROOM).then(|| {
+        format!(
+            "{}: the disk is full: {:.1} MiB are left, and a bag needs {} MiB for its end",
+            bag.display(),
+            room as f64 / f64::from(1 << 20),
+            ROOM >> 20
+        )
+    })
 }
 
 fn report(

@@ -9,7 +9,7 @@ use clap::Args;
 use ros_node::ParameterSet;
 use ros2_interfaces::{RosMessage, sensor_msgs::NavSatFix};
 use rotary_sins_msgs::interfaces::topics::FIX;
-use sins::{earth::Position, machines::self_calibration::Event, table::Turntable};
+use sins::{earth::Position, machines::self_calibration::Event, stream::Reading, table::Turntable};
 
 use crate::{
     parameter_options::{Given, Group},
@@ -258,6 +258,41 @@ impl SensorInput {
             );
         }
         Ok(notes)
+    }
+
+    /// Hands every reading to `take` once more, as [`Self::feed`] did, until it breaks. What cannot be read has been said then.
+    pub fn again(
+        &self,
+        bag: &Bag,
+        title: &str,
+        mut take: impl FnMut(&Reading) -> ControlFlow<()>,
+    ) -> anyhow::Result<()> {
+        let mut stream = SensorStream::new(bag, &self.options())?;
+        let progress = SecondsBar::new(title, self.length_s(bag));
+        let source = self.source()?;
+        let mut next = source.first_position(bag, stream.fix_topic())?;
+        let mut first_stamp = None;
+        let mut count = 0_u64;
+        loop {
+            if let Some(reading) = next.take().as_ref().and_then(Sample::reading)
+                && take(&reading).is_break()
+            {
+                return Ok(());
+            }
+            next = match stream.next() {
+                Ok(None) => return Ok(()),
+                Ok(Some(Sample::Fix(_))) if source.has_given_position() => None,
+                Ok(sample) => sample,
+                Err(_) => None,
+            };
+            if let Some(Sample::Imu(imu)) = &next {
+                let first = *first_stamp.get_or_insert(imu.stamp);
+                count += 1;
+                if count.is_multiple_of(10_000) {
+                    progress.set(imu.stamp.seconds_since(first));
+                }
+            }
+        }
     }
 }
 

@@ -7,6 +7,8 @@ use std::{
     sync::LazyLock,
 };
 
+use bags::{Bag, Selection};
+use ros2_interfaces::nav_msgs::Odometry;
 use serde_json::Value;
 
 /// Kept until the process ends; the bags in it are read by several tests.
@@ -101,6 +103,69 @@ fn align_finds_the_heading() {
             "{result}"
         );
     }
+}
+
+/// The smoothed record is a bag beside the bag: a pose for every second and the first sample, the last one that of the
+/// calibration to the last bit, the first one nearer the truth than its sigmas say. What is printed is as without it. A record that is there is not
+/// written over, and the bag that is read never.
+#[test]
+fn calibrate_smooths_the_record() {
+    let plain = json(&run(&["calibrate", text(&BAG), "--json"]));
+    let output = run(&["calibrate", text(&BAG), "--smooth", "--json"]);
+    let mut result = json(&output);
+    let smoothed = result.as_object_mut().unwrap().remove("smoothed").unwrap();
+    assert_eq!(result, plain);
+    assert_eq!(result["passes"], 1);
+    let path = DIRECTORY.path().join("run-smoothed.mcap");
+    assert_eq!(smoothed["bag"], text(&path));
+    let bag = Bag::open(&path).unwrap();
+    let topic = bag.topic("/smoothed/odometry").unwrap();
+    let mut messages = bag.messages(&Selection::topics([topic]));
+    let mut poses: Vec<Odometry> = Vec::new();
+    while let Some(message) = messages.next() {
+        poses.push(bags::cdr::decode(message.data).unwrap());
+    }
+    assert_eq!(smoothed["epochs"], poses.len());
+    assert_eq!(poses.len(), 5400);
+    let (first, last) = (
+        &poses[0].pose,
+        &poses[poses.len() - 1].pose.pose.orientation,
+    );
+    let calibrated: Vec<f64> = serde_json::from_value(plain["attitude_xyzw"].clone()).unwrap();
+    assert_eq!(calibrated, [last.x, last.y, last.z, last.w]);
+    // At 70 deg of heading and level: a turn by −70 deg about Up.
+    let q = &first.pose.orientation;
+    let half = 35.0_f64.to_radians();
+    let up = 2.0 * (q.z * half.cos() + q.w * half.sin());
+    for (axis, error) in [2.0 * q.x, 2.0 * q.y, up].into_iter().enumerate() {
+        let sigma = first.covariance[21 + 7 * axis].sqrt();
+        assert!(error.abs() < 4.0 * sigma && sigma < 3e-4, "{error} {sigma}");
+    }
+    assert_refused(
+        &["calibrate", text(&BAG), "--smooth"],
+        &["run-smoothed.mcap", "--force"],
+    );
+    assert_refused(
+        &["calibrate", text(&BAG), "--force", "--smoothed", text(&BAG)],
+        &["run.mcap", "what is read"],
+    );
+    let forced = run(&[
+        "calibrate",
+        text(&BAG),
+        "--smooth",
+        "--force",
+        "--passes",
+        "2",
+        "--json",
+    ]);
+    let forced = json(&forced);
+    assert_eq!(forced["passes"], 2);
+    let difference =
+        forced["heading_deg"].as_f64().unwrap() - plain["heading_deg"].as_f64().unwrap();
+    assert!(
+        difference.abs() < plain["heading_deg_std"].as_f64().unwrap(),
+        "{difference}"
+    );
 }
 
 /// A calibration that is not there yet is status 1 with the whole result.

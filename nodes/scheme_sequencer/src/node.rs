@@ -310,12 +310,12 @@ impl Shared {
             )
             .with("position", &status.position)
             .with("gaps in the joint states", gaps);
-        if gaps > 0 {
-            report = report.worsened(
-                Level::Warn,
-                &format!("{}, {gaps} gaps in the joint states", state.name()),
-            );
-        }
+        report = report.counted(
+            Level::Warn,
+            "gaps",
+            gaps,
+            &format!("{}, {gaps} gaps in the joint states", state.name()),
+        );
         if let Some(action) = self.table.action() {
             let error = machine.goal.tracking_error_rad.to_degrees();
             report = report
@@ -419,7 +419,13 @@ pub async fn main(node: Node) -> Result<()> {
             }
             // A table that is being stopped may fall silent.
             _ = looks.tick(), if under_way.is_some() => Vec::new(),
-            () = node.shutdown() => return Ok(()),
+            () = node.shutdown() => {
+                // Who is ended in order keeps nothing; here nothing could be put in order.
+                if let Some(keeper) = &mut keeper {
+                    keep_last(keeper, &shared).await;
+                }
+                return Ok(());
+            }
         };
         if !batch.is_empty() {
             shared.machine().watch.arrived(batch.len());
@@ -468,17 +474,27 @@ async fn keep_when_due(keeper: &mut Keeper, shared: &Shared) {
     if !keeper.is_due(hurries).await {
         return;
     }
-    let kept = {
-        let mut machine = shared.machine();
-        machine.kept = Some((keeper.written(), keeper.problem().map(str::to_owned)));
-        // What waits to be gone on with is not written over.
-        if machine.waking.is_some() {
-            return;
-        }
-        machine.hurries = false;
-        machine.sequencer.snapshot()
-    };
-    keeper.keep(kept);
+    if let Some(snapshot) = snapshot(keeper, shared) {
+        keeper.keep(snapshot);
+    }
+}
+
+async fn keep_last(keeper: &mut Keeper, shared: &Shared) {
+    let last = snapshot(keeper, shared);
+    if let Some(last) = last {
+        keeper.keep_last(last).await;
+    }
+}
+
+/// What is to be kept; what waits to be gone on with is not written over.
+fn snapshot(keeper: &Keeper, shared: &Shared) -> Option<Snapshot> {
+    let mut machine = shared.machine();
+    machine.kept = Some((keeper.written(), keeper.problem().map(str::to_owned)));
+    if machine.waking.is_some() {
+        return None;
+    }
+    machine.hurries = false;
+    Some(machine.sequencer.snapshot())
 }
 
 fn serve(node: &Node, shared: &Shared) -> Result<()> {

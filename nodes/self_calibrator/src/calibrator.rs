@@ -5,10 +5,9 @@ mod aiding;
 mod events;
 mod reports;
 
-use std::path::Path;
 use std::time::Duration;
 
-use imu_input::Publishers;
+use imu_input::{Publishers, is_frame};
 use ros_node::{InputWatch, StreamMonitor};
 use ros2_interfaces::sensor_msgs::Imu;
 use ros2_interfaces::std_srvs::TriggerResponse;
@@ -21,7 +20,7 @@ use sins::time::seconds_to_nanos;
 use sins::{Error, Stamp};
 
 use crate::kept::Waking;
-use crate::{storage, translation};
+use crate::translation;
 
 /// What is to be published.
 #[derive(Debug, Default)]
@@ -125,8 +124,9 @@ impl Calibrator {
             }
         };
         self.imu_stamps.ingest(sample.stamp.nanos());
-        if self.frame_id != imu.header.frame_id && !imu.header.frame_id.is_empty() {
-            self.frame_id.clone_from(&imu.header.frame_id);
+        let frame_id = &imu.header.frame_id;
+        if self.frame_id != *frame_id && is_frame(frame_id) {
+            self.frame_id.clone_from(frame_id);
         }
         self.look_at_noise(&sample);
         if self.waking.is_some() {
@@ -210,14 +210,14 @@ impl Calibrator {
         &self.inputs.imu
     }
 
-    /// Writes the calibration into a file.
-    pub fn save(&self, path: &Path) -> TriggerResponse {
-        storage::save(path, self.latest.as_ref(), &self.source)
+    /// What is to be saved: the newest estimate, and whose it is.
+    pub fn to_save(&self) -> (Option<Estimate>, String) {
+        (self.latest.clone(), self.source.clone())
     }
 
-    /// Reads a calibration from a file, to be published; the estimate goes on beside it.
-    pub fn load(&self, path: &Path) -> (TriggerResponse, Option<Calibration>) {
-        storage::load(path, &self.frame_id)
+    /// The frame that the samples are of.
+    pub fn frame_id(&self) -> &str {
+        &self.frame_id
     }
 
     /// Starts anew with the next sample.

@@ -1,5 +1,6 @@
 //! The node's task: takes messages from DDS as they come and publishes what they give.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -7,7 +8,7 @@ use checkpoint::Keeper;
 use node_parameters::CheckpointParameters;
 use ros_node::{Node, Published, Publisher, Purpose, Report, SENSOR_DEPTH, Subscription};
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
-use ros2_interfaces::std_srvs::TriggerResponse;
+use ros2_interfaces::std_srvs::{TRIGGER, TriggerRequest, TriggerResponse};
 use rotary_sins_msgs::interfaces::{services, topics};
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Reference;
@@ -16,7 +17,7 @@ use crate::action::SelfCalibrate;
 use crate::calibrator::{Calibrator, Output};
 use crate::kept::{self, Kept};
 use crate::parameters;
-use crate::storage;
+use crate::storage::{self, Errand};
 
 /// How often samples are taken. Nothing that leaves here is in a hurry, and waking up for every sample costs several times as
 /// much as the sample; the reader's cache holds `queue_depth` of them meanwhile.
@@ -193,14 +194,7 @@ fn serve(
     publishers: &Publishers,
     calibration_file: &str,
 ) -> ros_node::Result<()> {
-    let path = storage::path(calibration_file);
-    let (calibrator, to) = (shared.clone(), path.clone());
-    node.serve_trigger(&services::SAVE, move || calibrator.lock().save(&to))?;
-    let (calibrator, outputs) = (shared.clone(), publishers.clone());
-    node.serve_trigger_while_active(&services::LOAD, move || {
-        let loaded = calibrator.lock().load(&path);
-        outputs.answer(loaded)
-    })?;
+    serve_files(node, shared, publishers, &storage::path(calibration_file))?;
     let (calibrator, outputs) = (shared.clone(), publishers.clone());
     node.serve_trigger_while_active(&services::PUBLISH_CALIBRATION, move || {
         let asked = calibrator.lock().publish_request();
@@ -208,6 +202,50 @@ fn serve(
     })?;
     let calibrator = shared.clone();
     node.serve_trigger(&services::RESET, move || calibrator.lock().reset())
+}
+
+/// `~/save` and `~/load`, each in a task of its own that waits for the disk while everything else goes on.
+fn serve_files(
+    node: &Node,
+    shared: &Shared,
+    publishers: &Publishers,
+    path: &Path,
+) -> ros_node::Result<()> {
+    let saving = node.service::<TriggerRequest, TriggerResponse>(services::SAVE.name, TRIGGER)?;
+    let (calibrator, path_to) = (shared.clone(), path.to_owned());
+    node.spawn(async move {
+        let mut errand = Errand::default();
+        loop {
+            let (id, _) = saving.recv().await;
+            let (latest, source) = calibrator.lock().to_save();
+            let to = path_to.clone();
+            let work = move || storage::save(&to, latest.as_ref(), &source);
+            let answer = errand.run(&path_to, work).await;
+            saving.respond(id, answer.unwrap_or_else(storage::refused));
+        }
+    });
+    let loading = node.service::<TriggerRequest, TriggerResponse>(services::LOAD.name, TRIGGER)?;
+    let (calibrator, outputs, path) = (shared.clone(), publishers.clone(), path.to_owned());
+    let gate = node.clone();
+    node.spawn(async move {
+        let mut errand = Errand::default();
+        loop {
+            let (id, _) = loading.recv().await;
+            if !gate.is_active() {
+                loading.respond(id, storage::refused("the node is not active".to_owned()));
+                continue;
+            }
+            let frame_id = calibrator.lock().frame_id().to_owned();
+            let from = path.clone();
+            let work = move || storage::load(&from, &frame_id);
+            let answer = match errand.run(&path, work).await {
+                Ok(loaded) => outputs.answer(loaded),
+                Err(reason) => storage::refused(reason),
+            };
+            loading.respond(id, answer);
+        }
+    });
+    Ok(())
 }
 
 /// The answer of a service that has something published: done where somebody gets it.

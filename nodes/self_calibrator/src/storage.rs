@@ -1,12 +1,71 @@
-//! `~/save` and `~/load`: the calibration as the file that the command line writes and reads.
+//! `~/save` and `~/load`: the calibration as the file that the command line writes and reads. The work on the file is an
+//! [`Errand`], beside the node's own: a server that does not answer holds up no estimate and no end.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::Calibration;
 use sins::machines::self_calibration::Estimate;
+use tokio::task::JoinHandle;
 
 use crate::translation;
+
+/// The answer of a service that has to do with a file comes within this; clients wait longer.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// File work of one service, one at a time.
+#[derive(Debug)]
+pub struct Errand<T> {
+    patience: Duration,
+    under_way: Option<JoinHandle<T>>,
+}
+
+impl<T> Default for Errand<T> {
+    fn default() -> Self {
+        Self {
+            patience: PATIENCE,
+            under_way: None,
+        }
+    }
+}
+
+impl<T: Send + 'static> Errand<T> {
+    /// Does the work on another thread, and waits for it no longer than the patience goes. One that has not come back then is left to
+    /// itself, and until it has, nothing new is begun.
+    ///
+    /// # Errors
+    /// Why there is no result, with the name of the file.
+    pub async fn run(
+        &mut self,
+        path: &Path,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, String> {
+        let is_away = |task: &mut JoinHandle<T>| !task.is_finished();
+        if self.under_way.as_mut().is_some_and(is_away) {
+            return Err(format!(
+                "{}: the disk has not answered the last request yet",
+                path.display()
+            ));
+        }
+        let task = self.under_way.insert(tokio::task::spawn_blocking(work));
+        match tokio::time::timeout(self.patience, task).await {
+            Ok(Ok(done)) => {
+                self.under_way = None;
+                Ok(done)
+            }
+            Ok(Err(error)) => {
+                self.under_way = None;
+                Err(format!("{}: {error}", path.display()))
+            }
+            Err(_) => Err(format!(
+                "{}: the disk has not answered within {:.0} s",
+                path.display(),
+                self.patience.as_secs_f64()
+            )),
+        }
+    }
+}
 
 /// Where calibrations are kept: what the parameter says, else a file in the folder that ROS keeps its own in.
 pub fn path(parameter: &str) -> PathBuf {
@@ -61,7 +120,8 @@ fn done(message: String) -> TriggerResponse {
     }
 }
 
-fn refused(message: String) -> TriggerResponse {
+/// The answer that says why nothing was done.
+pub fn refused(message: String) -> TriggerResponse {
     tracing::warn!("{message}");
     TriggerResponse {
         success: false,
@@ -82,6 +142,29 @@ mod tests {
     use sins::table::TableErrors;
 
     use super::*;
+
+    /// A file that does not answer has its answer in time, every further request at once; when it answers again, so does the service.
+    #[tokio::test]
+    async fn a_silent_disk_holds_up_nobody() {
+        let mut errand = Errand {
+            patience: Duration::from_millis(20),
+            ..Errand::default()
+        };
+        let path = Path::new("/far/c.yaml");
+        let (answer, disk) = std::sync::mpsc::channel::<()>();
+        let told = errand.run(path, move || disk.recv().is_ok()).await;
+        let told = told.unwrap_err();
+        assert!(
+            told.contains("/far/c.yaml") && told.contains("within"),
+            "{told}"
+        );
+        let told = errand.run(path, || true).await.unwrap_err();
+        assert!(told.contains("the last request"), "{told}");
+        answer.send(()).unwrap();
+        while errand.run(path, || true).await.is_err() {
+            tokio::task::yield_now().await;
+        }
+    }
 
     /// What cannot be done says why, and names the file.
     #[test]

@@ -6,11 +6,13 @@ use super::filter::{AntennaArm, Crossing, EncoderReading, ErrorFilter, VelocityM
 use super::installation::Installation;
 use super::measurement::{Outcome, UpdateCounts};
 use super::model::{Inertial, InertialFilter, Model, Paper, PaperFilter, Whole, WholeFilter};
+use super::smoother::Tape;
 use super::state::{NamedCovariance, StateEstimate};
 use crate::error::Error;
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::compensation::Compensation;
 use crate::sensor::{Increment, NoiseDensity, PositionMeasurement, SensorErrors};
+use crate::time::Stamp;
 
 /// The filter of one of the models.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -83,6 +85,11 @@ impl AnyFilter {
         counts() -> UpdateCounts;
         pending_s() -> f64;
         largest_misalignment_sigma() -> f64;
+        believed() -> NavigationState;
+        estimate_about_believed() -> StateEstimate;
+        base_state() -> Option<usize>;
+        believed_installation() -> Installation;
+        tape_bytes() -> usize;
         /// # Errors
         /// As there.
         check() -> Result<(), Error>;
@@ -102,6 +109,10 @@ impl AnyFilter {
         set_base_walk(walk_rad_sqrt_s: f64);
         forget_base();
         close_loop();
+        record(records: bool);
+        take_tape() -> Option<Tape>;
+        mark(stamp: Stamp);
+        move_to(navigation: &NavigationState);
         bridge(angle_sigma: f64, velocity_sigma: f64);
         /// # Errors
         /// As there.

@@ -7,6 +7,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use super::measurement::{Innovation, Measurement, Outcome};
+use super::smoother::Tape;
 use crate::error::Error;
 
 /// A variance that falls below zero by less than this share of what it was is rounding.
@@ -151,6 +152,9 @@ fn check<const N: usize>(covariance: &SMatrix<f64, N, N>) -> Result<(), Error> {
 pub struct Kalman<const N: usize> {
     state: SVector<f64, N>,
     covariance: SMatrix<f64, N, N>,
+    /// What is done to it, where it is to be smoothed afterwards.
+    #[serde(skip)]
+    tape: Option<Box<Tape>>,
 }
 
 impl<const N: usize> Kalman<N> {
@@ -163,6 +167,7 @@ impl<const N: usize> Kalman<N> {
         Ok(Self {
             state: SVector::zeros(),
             covariance: (covariance + covariance.transpose()) * 0.5,
+            tape: None,
         })
     }
 
@@ -192,6 +197,26 @@ impl<const N: usize> Kalman<N> {
         std::mem::replace(&mut self.state, SVector::zeros())
     }
 
+    /// Believes this of the errors instead of zero; the covariance is about it.
+    pub(super) fn believe(&mut self, state: SVector<f64, N>) {
+        self.state = state;
+    }
+
+    /// Writes everything that is done to it down from here on. `None` writes nothing any more.
+    pub(super) fn record(&mut self, tape: Option<Box<Tape>>) {
+        self.tape = tape;
+    }
+
+    /// What it writes down.
+    pub(super) fn tape(&self) -> Option<&Tape> {
+        self.tape.as_deref()
+    }
+
+    /// What it writes down.
+    pub(super) fn tape_mut(&mut self) -> Option<&mut Tape> {
+        self.tape.as_deref_mut()
+    }
+
     /// Covariance of the estimate's error.
     pub fn covariance(&self) -> &SMatrix<f64, N, N> {
         &self.covariance
@@ -216,6 +241,9 @@ impl<const N: usize> Kalman<N> {
             self.covariance.column_mut(state).fill(0.0);
             self.covariance[(state, state)] = variance;
             self.state[state] = 0.0;
+            if let Some(tape) = &mut self.tape {
+                tape.forgotten(state);
+            }
         }
     }
 
@@ -309,6 +337,9 @@ impl<const N: usize> Kalman<N> {
                 self.covariance[(row, state)] = value;
             }
         }
+        if let Some(tape) = &mut self.tape {
+            tape.step(phi, transition.decays.then_some(&transition.decay));
+        }
         Ok(())
     }
 
@@ -380,6 +411,9 @@ impl<const N: usize> Kalman<N> {
                 self.covariance[(column, row)] = value;
             }
             self.covariance[(column, column)] = variances[column];
+        }
+        if let Some(tape) = &mut self.tape {
+            tape.update(&measurement.row, &gain, value, variance);
         }
         Outcome::Accepted(innovation)
     }

@@ -17,4 +17,5 @@ pub mod installation;
 pub mod kalman;
 pub mod measurement;
 pub mod model;
+pub mod smoother;
 pub mod state;

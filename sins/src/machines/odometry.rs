@@ -1,12 +1,15 @@
 //! A solution of the navigator as a map and a ship's instruments want it: the covariance of the pose in metres, and the motion
 //! of the ship in her own axes.
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use crate::earth::LocalEarth;
 use crate::earth::rotation::base_link_to_block;
 use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
+use crate::estimation::groups::vertical::HEIGHT;
+use crate::estimation::state::NamedCovariance;
 use crate::machines::navigator::Solution;
+use crate::mechanization::strapdown::NavigationState;
 use crate::table::{JointSample, Turntable};
 
 /// Variance of what the system does not estimate at all: height \[m²\], vertical velocity \[m²/s²\].
@@ -14,31 +17,31 @@ pub const UNKNOWN_VARIANCE: f64 = 1e6;
 
 /// Covariance of the pose in the local frame: E, N, U \[m\] and the rotations about E, N, U \[rad\].
 ///
-/// The attitude that is calculated is the true one turned by −φ (C' = (I − φ×) C).
-pub fn pose_covariance(solution: &Solution) -> Matrix6<f64> {
-    let navigation = &solution.navigation;
+/// The attitude that is calculated is the true one turned by −φ (C' = (I − φ×) C). What is not estimated is unknown.
+pub fn pose_covariance(navigation: &NavigationState, covariance: &NamedCovariance) -> Matrix6<f64> {
     let earth = LocalEarth::at(
         navigation.position.latitude_rad,
         navigation.position.height_m,
     );
     let [latitude, longitude] = POSITION;
     let [east, north, up] = MISALIGNMENT;
-    let pose = [longitude, latitude, east, north, up];
-    let mut jacobian = SMatrix::<f64, 6, 5>::zeros();
-    jacobian[(0, 0)] = earth.transverse_radius_m * earth.cos_latitude;
-    jacobian[(1, 1)] = earth.meridian_radius_m;
-    for axis in 0..3 {
-        jacobian[(3 + axis, 2 + axis)] = -1.0;
-    }
-    let known = solution.covariance.block_or(&pose, 0.0);
-    let mut covariance = jacobian * known * jacobian.transpose();
-    covariance[(2, 2)] = UNKNOWN_VARIANCE;
-    for (axis, name) in [0, 1, 3, 4, 5].into_iter().zip(pose) {
-        if solution.covariance.position(name).is_none() {
-            covariance[(axis, axis)] = UNKNOWN_VARIANCE;
+    let pose = [longitude, latitude, HEIGHT, east, north, up];
+    let to_pose = Matrix6::from_diagonal(&Vector6::new(
+        earth.transverse_radius_m * earth.cos_latitude,
+        earth.meridian_radius_m,
+        1.0,
+        -1.0,
+        -1.0,
+        -1.0,
+    ));
+    let known = covariance.block_or(&pose, 0.0);
+    let mut covariance_of_pose = to_pose * known * to_pose;
+    for (axis, name) in pose.into_iter().enumerate() {
+        if covariance.position(name).is_none() {
+            covariance_of_pose[(axis, axis)] = UNKNOWN_VARIANCE;
         }
     }
-    covariance
+    covariance_of_pose
 }
 
 /// Motion of the ship in her own axes (`base_link`).
@@ -103,8 +106,6 @@ mod tests {
     use super::*;
     use crate::earth::Position;
     use crate::earth::rotation::HeadingPitchRoll;
-    use crate::estimation::state::NamedCovariance;
-    use crate::mechanization::strapdown::NavigationState;
     use crate::time::Stamp;
 
     const ORIGIN: Position = Position {
@@ -143,8 +144,8 @@ mod tests {
     /// Position in metres takes the radii; the vertical is unknown; rotations take the misalignment.
     #[test]
     fn pose_covariance_is_in_metres() {
-        let covariance =
-            pose_covariance(&solution(0.0, UnitQuaternion::identity(), Vector3::zeros()));
+        let solution = solution(0.0, UnitQuaternion::identity(), Vector3::zeros());
+        let covariance = pose_covariance(&solution.navigation, &solution.covariance);
         assert!((covariance[(1, 1)].sqrt() / (2.0 * 6.37e6) - 1.0).abs() < 5e-3);
         assert!(covariance[(0, 0)] < covariance[(1, 1)]);
         assert_eq!(

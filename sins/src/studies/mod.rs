@@ -2,6 +2,7 @@
 
 pub mod allan;
 pub mod assurance;
+pub mod design;
 pub mod monte_carlo;
 pub mod observability;
 pub mod paper;

@@ -148,7 +148,7 @@ fn experiment_converges_and_compensation_helps() {
 /// be measured.
 const UNSEEN: [&str; 2] = ["drifts grow", "g-sensitivity"];
 
-/// A world of every kind for both models: none that the model holds is refused, and whatever is accepted and wrong is of a kind
+/// Two hundred worlds, of every kind and for both models: none that the model holds is refused, and whatever is accepted and wrong is of a kind
 /// that is known not to be seen.
 #[test]
 fn a_verdict_is_not_wrong_in_silence() {
@@ -156,7 +156,7 @@ fn a_verdict_is_not_wrong_in_silence() {
         let arguments = [
             "assurance",
             "--worlds",
-            "45",
+            "100",
             "--seed",
             "3",
             "--model",

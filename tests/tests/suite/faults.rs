@@ -221,6 +221,18 @@ fn records_are_not_written_over() {
     assert_ne!(fs::read(&bag).unwrap(), before);
 
     let bag = sample("eight_position");
+    let there = folder.join("there.yaml");
+    fs::write(&there, "of yesterday").unwrap();
+    let nowhere = folder.join("none").join("c.yaml");
+    for (output, told) in [(&there, "--force replaces it"), (&nowhere, "c.yaml")] {
+        let answer = rotary_sins(&["calibrate", text(&bag), "--output", text(output)]);
+        answer.expect_refusal(&[told]);
+        // Nothing was worked on before.
+        assert!(answer.stdout.is_empty(), "{}", answer.stdout);
+    }
+    assert_eq!(fs::read_to_string(&there).unwrap(), "of yesterday");
+    let answer = rotary_sins(&["calibrate", text(&bag), "--output", text(&there), "--force"]);
+    assert!(answer.status < 2 && fs::metadata(&there).unwrap().len() > 100);
     let answer = rotary_sins(&["calibrate", text(&bag), "--output", "/dev/null"]);
     assert!(answer.status < 2, "{}", answer.stderr);
     let kind = fs::metadata("/dev/null").unwrap().file_type();

@@ -1,8 +1,10 @@
 //! Nodes that are killed in the middle of their work, and started again.
 
 use std::path::Path;
+use std::time::Duration;
 
 use ros_node::Qos;
+use ros2_interfaces::sensor_msgs::Imu;
 use rotary_sins_msgs::{Calibration, SchemeStatus, SelfCalibrationEstimate};
 use suite_tests::{Listener, Program, Running, Scene, isolated};
 
@@ -111,6 +113,156 @@ fn killed_nodes_go_on_where_they_stood() {
             "a scheme that ended in order keeps nothing"
         );
         assert!(of_calibrator.exists());
+    });
+}
+
+/// A subscriber that is killed, and says no farewell, costs the others nothing: the simulator's window does not fill up with what it will
+/// never acknowledge, and the calibrator misses no sample. (A participant announces itself every few seconds; only who has heard it knows
+/// where it was.)
+#[test]
+fn a_killed_subscriber_halts_nobody() {
+    isolated(|| {
+        let scene = Scene::new("killed_subscriber");
+        let listener = Listener::new();
+        let estimates = listener
+            .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(100));
+        let calibrator = Program::new("self_calibrator").parameter("coarse_alignment_s", "60.0");
+        let other = calibrator
+            .clone()
+            .label("other")
+            .remap("__node", "other")
+            .remap("self_calibration/estimate", "other/estimate");
+        let mut calibrator = scene.start_apart(&calibrator);
+        let mut other = scene.start_apart(&other);
+        let mut table = scene.start_apart(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "20.0")
+                .parameter("speed", "20.0")
+                .parameter("wait_for_subscribers", "[\"imu/data_raw:2\"]"),
+        );
+        let before = estimates.wait_for("several announcements", |estimate| {
+            estimate.duration > 400.0
+        });
+        other.kill();
+        // More than the 10 000 samples that the window takes.
+        let last = estimates.wait_for("700 s later", |estimate| {
+            estimate.duration > before.duration + 700.0
+        });
+        assert_eq!((last.gaps, last.lost_samples), (0, 0));
+        table.interrupt();
+        let log = calibrator.log();
+        assert!(!log.contains("no imu/data_raw"), "{log}");
+        calibrator.interrupt();
+    });
+}
+
+/// How long a process is stopped: as long as a hand takes for Ctrl-Z and `fg`.
+const STOPPED: Duration = Duration::from_millis(500);
+
+/// All four nodes are stopped and continued, one after the other, several times. All of them go on hearing and speaking, and end in order.
+#[test]
+fn a_stop_and_a_continuation_are_lived_through() {
+    isolated(|| {
+        let scene = Scene::new("stopped_nodes");
+        let listener = Listener::new();
+        let estimates = listener
+            .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(100));
+        let statuses = listener.hear::<SchemeStatus>("/scheme/status", Qos::latched(10));
+        let solutions = listener.hear::<Imu>("/imu/data", Qos::reliable(1000));
+        let mut nodes = [
+            Program::new("self_calibrator").parameter("coarse_alignment_s", "60.0"),
+            Program::new("scheme_sequencer"),
+            Program::new("navigation_compensator").parameter("alignment_s", "60.0"),
+            Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "20.0")
+                .parameter("speed", "20.0"),
+        ]
+        .map(|program| scene.start_apart(&program));
+        estimates.wait_for("an estimate with numbers", |estimate| {
+            estimate.phase >= SelfCalibrationEstimate::FINE_ALIGNMENT
+        });
+        // So that all four work.
+        let published = listener.trigger("/self_calibrator/publish_calibration");
+        assert!(published.success, "{}", published.message);
+        solutions.wait_for("a solution", |_| true);
+        for _ in 0..3 {
+            for node in &nodes {
+                node.stop_for(STOPPED);
+            }
+        }
+        let since = estimates.all().last().unwrap().header.stamp.nanos();
+        let later = |stamp: i64| stamp > since + 60_000_000_000;
+        estimates.wait_for("a later estimate", |e| later(e.header.stamp.nanos()));
+        statuses.wait_for("a later status", |s| later(s.header.stamp.nanos()));
+        solutions.wait_for("a later solution", |s| later(s.header.stamp.nanos()));
+        for node in &mut nodes {
+            node.interrupt();
+            let log = node.log();
+            assert!(
+                !log.contains("FATAL") && !log.contains("poll failed"),
+                "{log}"
+            );
+        }
+    });
+}
+
+/// Where the middleware ends all the same (here by the interruption that is lived through otherwise), a node says FATAL and ends with
+/// status 1 by itself, with its state kept. Started again it goes on from there.
+#[test]
+fn a_node_without_its_middleware_ends() {
+    isolated(|| {
+        let scene = Scene::new("deaf_nodes");
+        let [of_calibrator, of_sequencer] =
+            ["calibrator.kept", "sequencer.kept"].map(|name| scene.folder().join(name));
+        for file in [&of_calibrator, &of_sequencer] {
+            // Of an earlier run of this test.
+            let _none = std::fs::remove_file(file);
+        }
+        let listener = Listener::new();
+        let statuses = listener.hear::<SchemeStatus>("/scheme/status", Qos::latched(10));
+        let estimates = listener
+            .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(100));
+        // So that what is there afterwards was written at the end.
+        let seldom = |program: Program| program.parameter("checkpoint_period_s", "3600.0");
+        let programs = [
+            seldom(calibrator(&of_calibrator)),
+            seldom(sequencer(&of_sequencer)),
+        ];
+        let interruptible = |program: &Program| {
+            let program = program
+                .clone()
+                .environment("ROS_NODE_WAITS", "interruptible");
+            scene.start_apart(&program)
+        };
+        let mut nodes = programs.each_ref().map(interruptible);
+        let mut table = scene.start_apart(
+            &Program::new("imu_simulator")
+                .parameter("imu_rate_hz", "20.0")
+                .parameter("speed", "20.0"),
+        );
+        let last = estimates.wait_for("the first dwell", |estimate| estimate.duration > 340.0);
+        statuses.wait_for("a dwell", |status| status.state == SchemeStatus::DWELLING);
+        for (node, kept) in nodes.iter_mut().zip([&of_calibrator, &of_sequencer]) {
+            let before = std::fs::read(kept).unwrap();
+            node.stop_for(STOPPED);
+            let status = node.wait();
+            assert_ne!(std::fs::read(kept).unwrap(), before);
+            let log = node.log();
+            assert_eq!(status.code(), Some(1), "{log}");
+            let told = log.lines().find(|line| line.contains("FATAL"));
+            assert!(
+                told.is_some_and(|line| line.contains("middleware")),
+                "{log}"
+            );
+        }
+        for program in &programs {
+            let mut node = scene.start_apart(&program.clone().label("again"));
+            node.wait_for_line("goes on from");
+            node.interrupt();
+        }
+        table.interrupt();
+        let again = estimates.all().pop().unwrap();
+        assert!(again.duration >= last.duration, "{} s", again.duration);
     });
 }
 

@@ -98,8 +98,10 @@ impl Shared {
         for publisher in endpoints.publishers.iter().filter_map(Weak::upgrade) {
             if publisher.dropped() > 0 {
                 report = report
-                    .worsened(
+                    .counted(
                         Level::Warn,
+                        &format!("{} dropped", publisher.topic()),
+                        publisher.dropped(),
                         &format!(
                             "{}: {} messages dropped",
                             publisher.topic(),
@@ -121,7 +123,12 @@ impl Shared {
             // Of the clock only the newest sample counts, and best effort with depth 1 is its rule.
             if lost > 0 && topic != CLOCK.name {
                 report = report
-                    .worsened(Level::Warn, &format!("{topic}: {lost} messages lost"))
+                    .counted(
+                        Level::Warn,
+                        &format!("{topic} lost"),
+                        lost,
+                        &format!("{topic}: {lost} messages lost"),
+                    )
                     .with(&format!("{topic} lost"), lost);
             }
             // What was passed over was meant to be.
@@ -133,8 +140,10 @@ impl Shared {
             }
             if bad > 0 {
                 report = report
-                    .worsened(
+                    .counted(
                         Level::Error,
+                        &format!("{topic} undecodable"),
+                        bad,
                         &format!("{topic}: {bad} messages of another form"),
                     )
                     .with(&format!("{topic} undecodable"), bad);
@@ -152,8 +161,10 @@ impl Shared {
         queues.push((ROSOUT.name.to_owned(), crate::logging::rosout_overflow()));
         for (queue, count) in queues.iter().filter(|(_, count)| *count > 0) {
             report = report
-                .worsened(
+                .counted(
                     Level::Warn,
+                    queue,
+                    *count,
                     &format!("{queue}: {count} entries had no room in the queue"),
                 )
                 .with(&format!("{queue} overflowed"), count);

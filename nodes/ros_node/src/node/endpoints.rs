@@ -19,7 +19,7 @@ use crate::subscription::Subscription;
 const SPREAD: Duration = Duration::from_millis(3);
 
 /// Lets RustDDS tell the network of the endpoint before. Its discovery thread does so with a lock held, and waits for its event loop
-/// meanwhile; one more endpoint that is made in that moment can lock up all three for good (`upstream/rustdds-lock-up.md`).
+/// meanwhile; one more endpoint that is made in that moment can lock up all three for good (`docs/upstream/rustdds-lock-up.md`).
 pub(crate) fn spread() {
     std::thread::sleep(SPREAD);
 }

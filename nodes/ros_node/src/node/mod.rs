@@ -149,6 +149,9 @@ impl Node {
             let peers = environment.static_peers.clone();
             node.spawn(crate::discovery::announce(participant.clone(), peers));
         }
+        let departures =
+            crate::discovery::departures::watch(participant.clone(), environment.clone());
+        node.spawn(departures);
         crate::node_names::follow(&node, &participant)?;
         node.spawn(Arc::clone(&node.shared.graph).follow(participant));
         if ros_args.rosout {

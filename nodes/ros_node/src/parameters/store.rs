@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
 use crate::error::{Error, Result};
+use crate::names::short;
 use crate::ros_args::Override;
 
 use super::declaration::Parameter;
@@ -177,7 +178,8 @@ impl Parameters {
         for (name, value) in changes {
             let parameter = store.declared.get(name).ok_or_else(|| {
                 format!(
-                    "unknown parameter '{name}'; {}",
+                    "unknown parameter '{}'; {}",
+                    short(name),
                     hint(name, store.declared.keys())
                 )
             })?;
@@ -188,7 +190,11 @@ impl Parameters {
             }
             match value {
                 Some(value) => parameter.check(value).map_err(|expected| {
-                    format!("parameter '{name}' is {value}, expected {expected}")
+                    let value = value.to_string();
+                    format!(
+                        "parameter '{name}' is {}, expected {expected}",
+                        short(&value)
+                    )
                 })?,
                 None => {
                     return Err(format!(
@@ -220,7 +226,7 @@ impl Override {
         let wrong = |expected| Error::ParameterValue {
             name: self.name.clone(),
             origin: self.origin.clone(),
-            value: self.value.to_string(),
+            value: short(&self.value.to_string()).into_owned(),
             expected,
         };
         let typed = Value::from_yaml(&self.value, parameter.kind())
@@ -231,17 +237,23 @@ impl Override {
 
     fn unknown<'a>(&self, known: impl Iterator<Item = &'a String> + Clone) -> Error {
         Error::UnknownParameter {
-            name: self.name.clone(),
+            name: short(&self.name).into_owned(),
             origin: self.origin.clone(),
             hint: hint(&self.name, known),
         }
     }
 }
 
+/// No parameter has a longer name.
+const LONGEST_NAME: usize = 256;
+
 /// Near matches, or everything there is.
 fn hint<'a>(name: &str, known: impl Iterator<Item = &'a String> + Clone) -> String {
+    // Comparing costs the product of the lengths, and one that is much longer is near to none.
+    let comparable = name.len() <= LONGEST_NAME;
     let mut near: Vec<(usize, &String)> = known
         .clone()
+        .filter(|_| comparable)
         .map(|candidate| (distance(name, candidate), candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 4)
         .collect();

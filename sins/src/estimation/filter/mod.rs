@@ -4,6 +4,7 @@ mod crossing;
 mod encoders;
 mod initial;
 mod position;
+mod recording;
 mod velocity;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::default_noise;
+use super::noise_at_rest::NoiseAtRest;
 use super::sensor_knowledge::SensorKnowledge;
 use crate::mechanization::coarse_alignment::CoarseAlignment;
 use crate::sensor::compensation::Compensator;
@@ -26,6 +27,8 @@ pub(super) struct Gathering {
     /// Σ variance · interval², for the noise densities.
     gyroscope_noise: Vector3<f64>,
     accelerometer_noise: Vector3<f64>,
+    /// What the samples at rest show of it.
+    pub(super) at_rest: NoiseAtRest,
 }
 
 impl Gathering {
@@ -40,12 +43,14 @@ impl Gathering {
                 .map(Compensator::new),
             gyroscope_noise: Vector3::zeros(),
             accelerometer_noise: Vector3::zeros(),
+            at_rest: NoiseAtRest::default(),
         }
     }
 
     /// Takes an interval. The coarse alignment turns by the encoders where samples are missing and they know.
     pub(super) fn take(&mut self, interval: Interval, sample: &ImuSample, turntable: Turntable) {
         let mut increment = interval.increment;
+        self.at_rest.take(&increment, interval.hole.is_some());
         if let Some(compensator) = &mut self.compensator {
             if interval.hole.is_some() {
                 compensator.forget();

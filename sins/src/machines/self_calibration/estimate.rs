@@ -16,6 +16,7 @@ use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::state::serialized::shared;
 use crate::estimation::state::{NamedCovariance, StateEstimate, StateValues};
 use crate::mechanization::strapdown::NavigationState;
+use crate::sensor::NoiseDensity;
 use crate::sensor::errors::SensorErrors;
 use crate::stream::counts::StreamCounts;
 use crate::table::TableErrors;
@@ -120,6 +121,13 @@ pub struct Estimate {
     pub findings: Arc<[Finding]>,
     /// What became of the encoders.
     pub encoders: EncoderUse,
+    /// White noise that the filter takes the sensors to have.
+    pub noise: NoiseDensity,
+    /// The same as the samples at rest show it, gyroscopes \[rad/√s\] and accelerometers \[m/s/√s\]; none of an axis that does not
+    /// rest, or of too few samples.
+    pub noise_at_rest: [Option<f64>; 6],
+    /// One-sigma of the ship's velocity that she is taken to have, east, north, up \[m/s\]; none where it is measured.
+    pub ship_motion_m_s: Option<[f64; 3]>,
     /// Samples.
     pub samples: SampleReport,
     /// Time from the first sample of this alignment to `stamp` \[s\].

@@ -8,12 +8,15 @@ use serde::{Deserialize, Serialize};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
-use super::encoders::Encoders;
-use super::judge::{Evidence, Joints, Judge, Witness};
+use super::judge::{Evidence, Judge, Witness};
 use super::running::Running;
 use super::schedule::Schedule;
 use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
-use super::{Estimate, Event, ModelChoice, Phase, Reference, SampleReport, Settings, Thresholds};
+use super::ship_motion::ShipMotion;
+use super::smoothing::Guide;
+use super::{
+    Estimate, Event, ModelChoice, NoiseFrom, Phase, Reference, SampleReport, Settings, Thresholds,
+};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
@@ -22,6 +25,7 @@ use crate::estimation::filter::{ErrorFilter, Loop};
 use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
 use crate::estimation::model::Model;
+use crate::estimation::smoother::Tape;
 use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
@@ -57,6 +61,15 @@ pub(in crate::machines) struct Estimator {
     updates_before: UpdateCounts,
     #[serde(skip)]
     events: VecDeque<Event>,
+    /// Its filters write down what smoothing needs.
+    #[serde(skip)]
+    records: bool,
+    /// What those before the present one have written.
+    #[serde(skip)]
+    tape: Option<Tape>,
+    /// What it is linear about where this is not its first pass.
+    #[serde(skip)]
+    guide: Option<Arc<Guide>>,
 }
 
 impl Estimator {
@@ -74,7 +87,58 @@ impl Estimator {
             missing_velocities: 0,
             updates_before: UpdateCounts::default(),
             events: VecDeque::new(),
+            records: false,
+            tape: None,
+            guide: None,
         })
+    }
+
+    /// Goes over a record for another time.
+    #[must_use]
+    pub(super) fn guided(mut self, guide: Arc<Guide>) -> Self {
+        self.guide = Some(guide);
+        self
+    }
+
+    /// Writes down what smoothing needs from here on, or no longer.
+    pub(super) fn record(&mut self, records: bool) {
+        self.records = records;
+        self.tape = None;
+        if let Stage::Running(run) = &mut self.stage {
+            run.filter.record(records);
+        }
+    }
+
+    /// What has been written since the last time.
+    pub(super) fn take_tape(&mut self) -> Option<Tape> {
+        let own = match &mut self.stage {
+            Stage::Running(run) => run.filter.take_tape(),
+            Stage::Idle | Stage::Gathering(_) => None,
+        };
+        match (self.tape.take(), own) {
+            (Some(mut before), Some(own)) => {
+                before.append(own);
+                Some(before)
+            }
+            (before, own) => before.or(own),
+        }
+    }
+
+    /// Length of what has been written \[bytes\].
+    pub(super) fn tape_bytes(&self) -> usize {
+        let own = match &self.stage {
+            Stage::Running(run) => run.filter.tape_bytes(),
+            Stage::Idle | Stage::Gathering(_) => 0,
+        };
+        own + self.tape.as_ref().map_or(0, Tape::bytes)
+    }
+
+    /// Whether another pass would be about another point; `None` while no filter runs.
+    pub(super) fn wants_another_pass(&self) -> Option<bool> {
+        match &self.stage {
+            Stage::Running(run) => Some(run.wants_another_pass()),
+            Stage::Idle | Stage::Gathering(_) => None,
+        }
     }
 
     /// Refuses what no estimator of these settings holds.
@@ -124,6 +188,9 @@ impl Estimator {
     /// Forgets everything but the position.
     pub(super) fn reset(&mut self) {
         self.stage = Stage::Idle;
+        if let Some(tape) = &mut self.tape {
+            tape.cut();
+        }
         self.judge_before = None;
         self.last = None;
         self.missing_velocities = 0;
@@ -181,11 +248,15 @@ impl Estimator {
 
     /// An epoch begins: attitude and velocity are found anew, and what is known of the sensors goes on.
     pub(in crate::machines) fn begin(&mut self, stamp: Stamp, cause: EpochCause, stream: &Stream) {
+        self.tape = self.take_tape();
         let known = match std::mem::replace(&mut self.stage, Stage::Idle) {
             Stage::Idle => self.known_before.clone(),
             Stage::Gathering(gathering) => gathering.known,
             Stage::Running(run) => {
                 let known = run.knowledge();
+                if let Some(tape) = &mut self.tape {
+                    tape.epoch(run.filter.base_state());
+                }
                 self.updates_before = self.updates_before + run.filter.counts();
                 self.judge_before = Some(run.judge);
                 Some(known)
@@ -214,6 +285,16 @@ impl Estimator {
                     Ok(advance) => advance,
                     Err(error) => {
                         // Numbers that are none do not come back: everything is found anew.
+                        self.tape = match (self.tape.take(), run.filter.take_tape()) {
+                            (Some(mut before), Some(own)) => {
+                                before.append(own);
+                                Some(before)
+                            }
+                            (before, own) => before.or(own),
+                        };
+                        if let Some(tape) = &mut self.tape {
+                            tape.cut();
+                        }
                         self.updates_before = self.updates_before + run.filter.counts();
                         let known = self.known_before.as_ref();
                         self.stage = Stage::Gathering(Box::new(Gathering::new(stamp, known)));
@@ -313,42 +394,43 @@ impl Estimator {
             velocity: Vector3::zeros(),
             position,
         };
-        let noise = self.settings.noise.unwrap_or_else(|| gathering.noise());
+        let guided = self
+            .guide
+            .as_ref()
+            .and_then(|guide| guide.at(gathering.start).copied());
+        let guide = self.guide.clone().filter(|_| guided.is_some());
+        let at_rest = match self.settings.noise_from {
+            NoiseFrom::Samples => None,
+            NoiseFrom::Rest => gathering.at_rest.whole(),
+        };
+        let noise = self.settings.noise.or(at_rest);
+        let noise = noise.unwrap_or_else(|| gathering.noise());
         let beginning = Beginning {
             place,
             known: known.as_ref(),
             now: last,
             walk: self.settings.walk,
             noise,
+            guide: guide.as_deref().zip(guided),
         };
-        let gone_over = |reference: Reference| -> Result<(Running, Option<Stamp>, u64), Error> {
+        let gone_over = |reference: Reference, motion: Option<ShipMotion>| -> GoneOver {
             let schedule = Schedule::new(gathering.start, self.settings.step_s);
-            let (filter, prior) = beginning.any_filter(&self.settings, reference)?;
-            let mut run = Running {
-                filter,
-                prior,
-                start: gathering.start,
-                last: gathering.start,
-                aiding: Aiding::new(reference, schedule),
-                encoders: Encoders::default(),
-                judge: self.judge_before.as_ref().map_or_else(
-                    || Judge::new(&self.settings),
-                    |before| before.of_next_alignment(&self.settings),
-                ),
-                normalized: (0.0, 0),
-                witness: if self.settings.witness {
-                    Some(Witness::new(place, noise, &self.settings, reference)?)
-                } else {
-                    None
-                },
-                joints: Joints::default(),
-                findings: Arc::default(),
-                azimuth_rad: 0.0,
-                steps: 0,
-                reference_attitude: coarse.at_start,
-                turned: false,
-                reference_vehicle: coarse.at_start,
-            };
+            let (mut filter, prior) = beginning.any_filter(&self.settings, reference)?;
+            filter.record(self.records);
+            filter.mark(gathering.start);
+            let judge = self.judge_before.as_ref().map_or_else(
+                || Judge::new(&self.settings),
+                |before| before.of_next_alignment(&self.settings),
+            );
+            let aiding = Aiding::new(reference, schedule);
+            let mut run = Running::new((filter, prior), gathering.start, aiding, judge);
+            run.guide.clone_from(&guide);
+            run.motion = motion;
+            if self.settings.witness {
+                let moves_m_s = motion.map_or(0.0, |motion| motion.sigma_m_s(0));
+                let witness = Witness::new(place, noise, &self.settings, reference, moves_m_s)?;
+                run.witness = Some(witness);
+            }
             let (mut last_update, mut missing) = (None, 0);
             for interval in &gathering.backlog {
                 let advance = run.advance(interval, &self.settings, None)?;
@@ -359,29 +441,23 @@ impl Estimator {
             }
             Ok((run, last_update, missing))
         };
-        let (mut run, last_update, missing) = match self.settings.reference {
-            Reference::Auto {
-                sigma_m_s,
-                patience_s,
-            } => {
-                let moored = gone_over(Reference::Moored { sigma_m_s });
-                let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
-                let are_enough = positions.count() >= LEAST_POSITIONS;
-                match moored {
-                    Ok(moored) if !(are_enough && moored.0.moves()) => moored,
-                    Err(error) if !are_enough => return Err(error),
-                    _ => gone_over(Reference::Position { patience_s })?,
-                }
-            }
-            reference => gone_over(reference)?,
-        };
+        let positions = gathering.backlog.iter().filter(|i| i.position.is_some());
+        let has_positions = positions.count() >= LEAST_POSITIONS;
+        let (mut run, last_update, missing) = by_reference(
+            self.settings.reference,
+            has_positions,
+            coarse.residual_m_s,
+            &gone_over,
+        )?;
         self.missing_velocities += missing;
-        run.filter.close_loop();
+        if run.guide.is_none() {
+            run.filter.close_loop();
+        }
         if let Some(witness) = &mut run.witness {
             witness.close_loop();
         }
         run.azimuth_rad = run.azimuth_sigma_rad();
-        run.reference_attitude = run.filter.navigation().attitude;
+        run.reference_attitude = run.filter.believed().attitude;
         run.turned |= known.is_some_and(|known| known.turned);
         if let Some(stamp) = last_update {
             run.reference_vehicle = self.vehicle_attitude(&run, stamp, stream);
@@ -424,7 +500,7 @@ impl Estimator {
         stream: &Stream,
     ) -> UnitQuaternion<f64> {
         let angles = stream.joints().angles_at(stamp);
-        run.filter.navigation().attitude * self.settings.turntable.attitude(angles).inverse()
+        run.filter.believed().attitude * self.settings.turntable.attitude(angles).inverse()
     }
 
     fn estimate(&self, run: &Running, stamp: Stamp, stream: &Stream) -> Estimate {
@@ -434,16 +510,19 @@ impl Estimator {
             phase: Phase::FineAlignment,
             vehicle: HeadingPitchRoll::from_attitude(&vehicle),
             vehicle_turn_rad: vehicle.angle_to(&run.reference_vehicle),
-            navigation: *run.filter.navigation(),
+            navigation: run.filter.believed(),
             errors: run.filter.sensor_errors(),
-            table: run.filter.installation().table,
-            states: run.filter.estimate(),
+            table: run.filter.believed_installation().table,
+            states: run.filter.estimate_about_believed(),
             prior: run.prior.clone(),
             innovations: run.judge.report(),
             turned: run.turned,
             testimony: run.witness.as_ref().map(Witness::testimony),
             findings: run.findings.clone(),
             encoders: run.encoders.usage(),
+            noise: *run.filter.noise(),
+            noise_at_rest: run.noise_at_rest.densities(),
+            ship_motion_m_s: run.motion.map(|motion| motion.sigmas_m_s()),
             samples: self.samples(stream),
             duration_s: stamp.seconds_since(run.start),
         };
@@ -452,11 +531,51 @@ impl Estimator {
     }
 }
 
+/// Variance of the ship's velocity over the mean of the last minutes: waves come in groups.
+const WAVE_GROUPS: f64 = 2.0;
+
 /// So many positions in an alignment can tell how the ship moves.
 const LEAST_POSITIONS: usize = 30;
 
 /// One-sigma of an antenna's arm that was told \[m\].
 const TOLD_ARM_M: f64 = 0.1;
+
+/// A filter that has gone over the alignment's samples, its last update, and the velocities that were missing.
+type GoneOver = Result<(Running, Option<Stamp>, u64), Error>;
+
+/// Goes over the samples with the reference that suits how the ship lies. One that is seen to move is gone over once more: with her
+/// positions where they may be taken and are enough, else with the motion that the coarse alignment left unexplained.
+fn by_reference(
+    reference: Reference,
+    has_positions: bool,
+    residual_m_s: f64,
+    gone_over: &dyn Fn(Reference, Option<ShipMotion>) -> GoneOver,
+) -> GoneOver {
+    let (sigma_m_s, patience_s) = match reference {
+        Reference::Auto {
+            sigma_m_s,
+            patience_s,
+        } => (sigma_m_s, Some(patience_s).filter(|_| has_positions)),
+        Reference::Moored { sigma_m_s } => (sigma_m_s, None),
+        Reference::Measured { .. } | Reference::Position { .. } => {
+            return gone_over(reference, None);
+        }
+    };
+    let lies = Reference::Moored { sigma_m_s };
+    let first = gone_over(lies, None);
+    let moves = first.as_ref().map_or(true, |first| first.0.moves());
+    if let Some(patience_s) = patience_s.filter(|_| moves) {
+        return gone_over(Reference::Position { patience_s }, None);
+    }
+    let motion =
+        |starting_m_s| Some(ShipMotion::new(starting_m_s, sigma_m_s).with_allowance(WAVE_GROUPS));
+    let mut first = first?;
+    if moves && residual_m_s > sigma_m_s {
+        return gone_over(lies, motion(residual_m_s));
+    }
+    first.0.motion = motion(0.0);
+    Ok(first)
+}
 
 /// What a filter begins with.
 struct Beginning<'a> {
@@ -465,6 +584,8 @@ struct Beginning<'a> {
     now: Stamp,
     walk: SensorWalk,
     noise: NoiseDensity,
+    /// What another pass is linear about, and where it begins.
+    guide: Option<(&'a Guide, NavigationState)>,
 }
 
 impl Beginning<'_> {
@@ -532,7 +653,22 @@ impl Beginning<'_> {
             Loop::Open,
         )?;
         let table = self.known.map(|known| known.table).unwrap_or_default();
-        Ok(filter.with_table(table))
+        let filter = filter.with_table(table);
+        let Some((guide, place)) = self.guide else {
+            return Ok(filter);
+        };
+        let mut guided = ErrorFilter::new(
+            model,
+            place,
+            &guide.errors,
+            covariance,
+            self.noise,
+            Loop::Open,
+        )?
+        .with_table(guide.table)
+        .with_antenna(guide.antenna_arm_m);
+        guided.believe(&filter);
+        Ok(guided)
     }
 }
 

@@ -24,10 +24,14 @@ mod estimator;
 mod event;
 mod further_errors;
 mod judge;
+mod noise_at_rest;
+mod rest;
 mod running;
 mod schedule;
 mod sensor_knowledge;
 mod settings;
+mod ship_motion;
+mod smoothing;
 mod snapshot;
 mod thresholds;
 
@@ -43,14 +47,18 @@ pub use judge::{
 };
 pub(in crate::machines) use sensor_knowledge::SensorKnowledge;
 pub use sensor_knowledge::SensorWalk;
-pub use settings::{Antenna, ModelChoice, Reference, Settings, default_noise};
+pub use settings::{Antenna, ModelChoice, NoiseFrom, Reference, Settings, default_noise};
+pub use smoothing::{Guide, Replay, Smoothing, TAPE_BYTES};
 pub use snapshot::Snapshot;
 pub use thresholds::Thresholds;
+
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::earth::Position;
 use crate::error::Error;
+use crate::estimation::smoother::Tape;
 use crate::sensor::{ImuSample, PositionMeasurement, VelocityMeasurement};
 use crate::stream::joint_history::JointHistory;
 use crate::stream::{Reading, Stream};
@@ -121,6 +129,34 @@ impl SelfCalibration {
         let estimator = Estimator::new(settings)?;
         let stream = Stream::new(estimator.settings().stream())?;
         Ok(Self { stream, estimator })
+    }
+
+    /// The same machine, to go over a record for another time: linear about what the pass before it found. It is to be given the
+    /// same readings, from the first one on; what the guide does not know it takes as a first pass does.
+    #[must_use]
+    pub fn guided(mut self, guide: Arc<Guide>) -> Self {
+        self.estimator = self.estimator.guided(guide);
+        self
+    }
+
+    /// Writes down what smoothing needs from here on, or no longer ([`Smoothing`] does it).
+    fn record(&mut self, records: bool) {
+        self.estimator.record(records);
+    }
+
+    fn take_tape(&mut self) -> Option<Tape> {
+        self.estimator.take_tape()
+    }
+
+    fn tape_bytes(&self) -> usize {
+        self.estimator.tape_bytes()
+    }
+
+    /// Whether another pass ([`Self::guided`]) is worth its time: the first one began with an azimuth that was uncertain by more
+    /// than a degree, or the present one has turned the azimuth of the one before by more than a third of its sigma. `None` while no
+    /// filter runs.
+    pub fn wants_another_pass(&self) -> Option<bool> {
+        self.estimator.wants_another_pass()
     }
 
     /// The settings it works with.

@@ -71,8 +71,8 @@ impl SensorKnowledge {
         Self {
             stamp,
             errors: filter.sensor_errors(),
-            table: filter.installation().table,
-            antenna_arm_m: filter.installation().antenna_arm_m,
+            table: filter.believed_installation().table,
+            antenna_arm_m: filter.believed_installation().antenna_arm_m,
             covariance: filter
                 .named_covariance()
                 .retain(|name, _| !filter.is_moving(name) && !BASE_ATTITUDE.contains(&name)),

@@ -90,6 +90,16 @@ impl std::str::FromStr for ModelChoice {
     }
 }
 
+/// Where the white noise of the sensors is taken from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum NoiseFrom {
+    /// From the variances that come with the samples.
+    #[default]
+    Samples,
+    /// From the samples of the coarse alignment, where ship and block rest; else from their variances.
+    Rest,
+}
+
 /// Everything that self-calibration can be told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -104,8 +114,10 @@ pub struct Settings {
     pub groups: GroupPriors,
     /// What the encoders are worth to the whole model; none: they are not used.
     pub encoders: Option<EncoderAccuracy>,
-    /// White noise of the sensors; by default what the samples' own variances say.
+    /// White noise of the sensors; by default as `noise_from` says.
     pub noise: Option<NoiseDensity>,
+    /// Where the white noise is taken from where nobody tells it.
+    pub noise_from: NoiseFrom,
     /// Initial one-sigma. The misalignment is meant to be wide: the coarse alignment only chooses the point about which the
     /// filter is linear, and the filter itself goes over the same samples to find what they are worth.
     pub prior: InitialUncertainty,
@@ -163,6 +175,7 @@ impl Default for Settings {
             groups: GroupPriors::BY_GRADE,
             encoders: Some(EncoderAccuracy::default()),
             noise: None,
+            noise_from: NoiseFrom::default(),
             prior: InitialUncertainty {
                 position_m: 10.0,
                 velocity_m_s: 0.01,

@@ -38,7 +38,7 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// Rises with every change of what is in a snapshot: one of another version cannot be read.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// Stamp of the newest sample in it.
     pub fn newest(&self) -> Option<Stamp> {

@@ -133,6 +133,19 @@ impl Voyage {
         std::iter::repeat_n(part, steps).chain(std::iter::repeat_n(0.0, still))
     }
 
+    /// What the sensors deliver on it: a sample that ends at the calibration's stamp, and then one a second while the ship turns and
+    /// lies. For whoever drives the [`Navigator`](crate::machines::navigator::Navigator) itself.
+    ///
+    /// # Errors
+    /// [`Error`] where the sensor errors or the noise mean nothing.
+    pub fn samples(&self, departure: &Departure) -> Result<impl Iterator<Item = ImuSample>, Error> {
+        let mut first = Sea::new(departure, self.noise)?.pass(0.0);
+        first.stamp = departure.calibration.stamp;
+        let mut sea = Sea::new(departure, self.noise)?;
+        let turns: Vec<f64> = self.turns().collect();
+        Ok(std::iter::once(first).chain(turns.into_iter().map(move |turn| sea.pass(turn))))
+    }
+
     /// Sails, with the mechanization and the compensation of the [`Navigator`](crate::machines::navigator::Navigator) and without its covariance.
     ///
     /// # Errors
@@ -201,16 +214,14 @@ mod tests {
         };
         let track = voyage.sail(&departure).unwrap();
         let mooring = &departure.calibration;
-        let mut sea = Sea::new(&departure, voyage.noise).unwrap();
+        let sea = Sea::new(&departure, voyage.noise).unwrap();
         let mut navigator = Navigator::new(NavigatorSettings::default()).unwrap();
-        // A sample that ends at the calibration's stamp starts the navigator's clock.
-        let mut first = Sea::new(&departure, voyage.noise).unwrap().pass(0.0);
-        first.stamp = mooring.stamp;
-        navigator.push_imu(&first);
-        navigator.push_calibration(mooring.clone()).unwrap();
         let mut last = None;
-        for turn in voyage.turns() {
-            navigator.push_imu(&sea.pass(turn));
+        for (index, sample) in voyage.samples(&departure).unwrap().enumerate() {
+            navigator.push_imu(&sample);
+            if index == 0 {
+                navigator.push_calibration(mooring.clone()).unwrap();
+            }
             while let Some(event) = navigator.poll() {
                 if let NavigatorEvent::Sample { output, .. } = event {
                     last = output;

@@ -1,6 +1,8 @@
 //! What speaks against an estimate, in words.
 
+use super::findings::significant;
 use super::{Finding, InnovationReport};
+use crate::estimation::model;
 
 /// What speaks against an estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,10 +76,13 @@ impl std::fmt::Display for Doubt {
                 state,
                 sigma,
                 limit,
-            } => write!(
-                f,
-                "1 sigma of {state} is {sigma:.3e}, asked for at most {limit:.3e}"
-            ),
+            } => {
+                let (words, [sigma, limit], unit) = in_words(state, [*sigma, *limit]);
+                write!(
+                    f,
+                    "1 sigma of {words} is {sigma} {unit}, asked for at most {limit}"
+                )
+            }
             Self::NotEstimated { state } => {
                 write!(
                     f,
@@ -88,10 +93,13 @@ impl std::fmt::Display for Doubt {
                 state,
                 sigma,
                 prior,
-            } => write!(
-                f,
-                "nothing has been learned of {state}: 1 sigma is {sigma:.3e}, and was {prior:.3e} before"
-            ),
+            } => {
+                let (words, [sigma, prior], unit) = in_words(state, [*sigma, *prior]);
+                write!(
+                    f,
+                    "nothing has been learned of {words}: 1 sigma is {sigma} {unit}, and was {prior} before"
+                )
+            }
             Self::Found(finding) => finding.fmt(f),
             Self::Refused { refused, of } => write!(
                 f,
@@ -100,5 +108,36 @@ impl std::fmt::Display for Doubt {
             ),
             Self::Holes { gaps, of } => write!(f, "{gaps} holes among {of} samples"),
         }
+    }
+}
+
+/// A state in words, values in its field unit, and the unit.
+fn in_words(state: &'static str, values: [f64; 2]) -> (&'static str, [String; 2], &'static str) {
+    match model::label(state) {
+        Some(label) => (
+            label.words,
+            values.map(|value| significant(value / label.scale)),
+            label.unit,
+        ),
+        None => (state, values.map(|value| format!("{value:.3e}")), ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimation::groups::bias::GYROSCOPE_DRIFT;
+    use crate::units::DEG_PER_HOUR;
+
+    /// Sigmas are told in the words and the unit that an engineer knows.
+    #[test]
+    fn sigmas_are_told_in_field_units() {
+        let doubt = Doubt::Sigma {
+            state: GYROSCOPE_DRIFT[0],
+            sigma: 0.003_07 * DEG_PER_HOUR,
+            limit: 0.002 * DEG_PER_HOUR,
+        };
+        let expected = "1 sigma of gyroscope drift x is 0.00307 deg/h, asked for at most 0.00200";
+        assert_eq!(doubt.to_string(), expected);
     }
 }

@@ -1,5 +1,6 @@
 //! What the judge's tests found, each with a figure, its bound and a sentence.
 
+use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::super::ModelChoice;
@@ -7,6 +8,7 @@ use super::joints::Joints;
 use super::left_out::Single;
 use super::witness::{NINE_NAMES, Testimony};
 use crate::estimation::any_filter::AnyFilter;
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::table::BASE_ATTITUDE;
 use crate::estimation::model::{self, Model, Whole};
 use crate::estimation::state::{StateEstimate, StateLabel, StateValues};
@@ -46,11 +48,13 @@ pub enum Test {
     Joints,
     /// Whether the filter began near enough.
     Linearity,
+    /// The noise of the samples at rest, against what was told of it.
+    Noise,
 }
 
 impl Test {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Rest,
         Self::White,
         Self::Turns,
@@ -61,6 +65,7 @@ impl Test {
         Self::Prior,
         Self::Joints,
         Self::Linearity,
+        Self::Noise,
     ];
 
     /// Its name in JSON.
@@ -76,6 +81,7 @@ impl Test {
             Self::Prior => "prior",
             Self::Joints => "joints",
             Self::Linearity => "linearity",
+            Self::Noise => "noise",
         }
     }
 }
@@ -95,6 +101,16 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// On how uncertain the azimuth is about which a filter is linear \[rad\].
+    pub(in crate::machines::self_calibration) fn linearity(azimuth_rad: f64) -> Self {
+        Self {
+            test: Test::Linearity,
+            figure: azimuth_rad,
+            bound: LINEAR_RAD,
+            about: None,
+        }
+    }
+
     /// Whether the figure is within its bound; not a number is not.
     pub fn passes(&self) -> bool {
         self.figure <= self.bound
@@ -102,7 +118,7 @@ impl Finding {
 }
 
 /// Digits that a person reads.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     let digits = if value == 0.0 {
         0
     } else {
@@ -173,6 +189,12 @@ impl std::fmt::Display for Finding {
                 significant(self.figure.to_degrees()),
                 significant(self.bound.to_degrees())
             ),
+            (Test::Noise, Some((label, ..))) => write!(
+                f,
+                "samples at rest are {figure} times as noisy as they say, or as was said of them (at most {bound}), worst on the axis of \
+                 {}: take the noise from the samples (noise_from: rest), or tell it",
+                label.words
+            ),
             (test, None) => write!(f, "{}: {figure}, at most {bound}", test.name()),
         }
     }
@@ -185,20 +207,19 @@ pub(in crate::machines::self_calibration) struct Looked<'a> {
     pub(in crate::machines::self_calibration) filter: &'a AnyFilter,
     pub(in crate::machines::self_calibration) states: &'a StateEstimate,
     pub(in crate::machines::self_calibration) prior: &'a StateValues,
-    pub(in crate::machines::self_calibration) azimuth_rad: f64,
+    pub(in crate::machines::self_calibration) linearity: Finding,
+    /// Attitude of the block as the filter believes it to be.
+    pub(in crate::machines::self_calibration) attitude: UnitQuaternion<f64>,
     pub(in crate::machines::self_calibration) model: ModelChoice,
     pub(in crate::machines::self_calibration) turned: bool,
+    /// The noisiest axis (gyroscopes, then accelerometers) against what was told: how much noisier, and how much that may be.
+    pub(in crate::machines::self_calibration) noisiest: Option<(usize, f64, f64)>,
 }
 
 impl Looked<'_> {
     /// What can be judged by now.
     pub(in crate::machines::self_calibration) fn findings(&self) -> Vec<Finding> {
-        let mut findings = vec![Finding {
-            test: Test::Linearity,
-            figure: self.azimuth_rad,
-            bound: LINEAR_RAD,
-            about: None,
-        }];
+        let mut findings = vec![self.linearity];
         findings.extend(self.farthest());
         if let Some((figure, bound)) = self.joints.turn() {
             findings.push(Finding {
@@ -208,6 +229,15 @@ impl Looked<'_> {
                 about: None,
             });
         }
+        findings.extend(self.noisiest.and_then(|(axis, figure, bound)| {
+            let name = [GYROSCOPE_DRIFT, ACCELEROMETER_BIAS].concat()[axis];
+            Some(Finding {
+                test: Test::Noise,
+                figure,
+                bound,
+                about: Some((model::label(name)?, 0.0, 0.0)),
+            })
+        }));
         let Some(testimony) = self.testimony.filter(|_| self.turned) else {
             return findings;
         };
@@ -292,8 +322,7 @@ impl Looked<'_> {
 
     /// The greatest difference to the witness.
     fn apart(&self, testimony: &Testimony) -> Option<Finding> {
-        let attitude = self.filter.navigation().attitude;
-        let misalignment = (testimony.attitude * attitude.inverse()).scaled_axis();
+        let misalignment = (testimony.attitude * self.attitude.inverse()).scaled_axis();
         let mut worst: Option<Finding> = None;
         for (state, name) in NINE_NAMES.into_iter().enumerate() {
             let (sigma, label) = (self.states.sigma(name)?, model::label(name)?);

@@ -9,12 +9,8 @@ use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// A block that turns faster is turned by its table \[rad/s\].
-const TURNS_RAD_S: f64 = 0.009;
-/// So long after a turn innovations are those after it \[s\].
-const AFTER_S: f64 = 60.0;
-/// And from here on they are quiet \[s\].
-const QUIET_S: f64 = 120.0;
+use super::super::rest::Rest;
+
 /// Innovations of so many updates are taken together.
 const BLOCK: u32 = 20;
 /// Fewer values say nothing yet.
@@ -65,8 +61,7 @@ impl MeanSquare {
 /// Means of normalized innovations over 20 updates, east, north and up, times the root of their number: of variance one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Turns {
-    attitude: UnitQuaternion<f64>,
-    since_turn_s: f64,
+    rest: Rest,
     sums: [f64; 3],
     summed: u32,
     /// While the block turns and shortly after.
@@ -123,9 +118,12 @@ impl Stretches {
 
 impl Turns {
     pub(super) fn new(attitude: UnitQuaternion<f64>) -> Self {
+        Self::after(Rest::new(attitude))
+    }
+
+    fn after(rest: Rest) -> Self {
         Self {
-            attitude,
-            since_turn_s: 0.0,
+            rest,
             sums: [0.0; 3],
             summed: 0,
             after: MeanSquare::default(),
@@ -137,26 +135,17 @@ impl Turns {
 
     /// Counts anew.
     pub(super) fn forget(&mut self) {
-        *self = Self {
-            since_turn_s: self.since_turn_s,
-            ..Self::new(self.attitude)
-        };
+        *self = Self::after(self.rest);
     }
 
     /// Another step, at the end of which the block stands like this.
     pub(super) fn turned(&mut self, attitude: UnitQuaternion<f64>, seconds: f64) {
-        let turned = attitude.angle_to(&self.attitude);
-        self.attitude = attitude;
-        if turned > TURNS_RAD_S * seconds {
-            self.since_turn_s = 0.0;
-        } else {
-            self.since_turn_s += seconds;
-        }
+        self.rest.turned(attitude, seconds);
     }
 
     /// No turn for long enough.
     pub(super) fn is_quiet(&self) -> bool {
-        self.since_turn_s > QUIET_S
+        self.rest.is_quiet()
     }
 
     /// Counts normalized innovations, east, north and up.
@@ -164,7 +153,7 @@ impl Turns {
         for stretches in &mut self.stretches {
             stretches.count(normalized);
         }
-        let is_after = self.since_turn_s <= AFTER_S;
+        let is_after = self.rest.is_after_turn();
         if !(is_after || self.is_quiet()) {
             (self.sums, self.summed) = ([0.0; 3], 0);
             return;

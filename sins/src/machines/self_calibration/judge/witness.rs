@@ -12,6 +12,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
 
+use super::super::ship_motion::ShipMotion;
 use super::super::{ModelChoice, Reference, Settings};
 use super::left_out::{self, LeftOut, Single};
 use super::turns::Turns;
@@ -33,8 +34,6 @@ const GATHERED_S: f64 = 0.1;
 /// Samples farther apart than this do not tell how a turn begins and ends \[s\]: at 2 Hz the corners of a trapezoid alone are
 /// 0.15 ms of delay, at 25 sigma of what the witness knows.
 const COARSE_S: f64 = 0.15;
-/// How fast the level of the innovations follows \[s\].
-const MEMORY_S: f64 = 300.0;
 /// No ship is taken to lie stiller than this \[m/s\].
 pub(super) const STILLEST_M_S: f64 = 1e-4;
 /// One-sigma of the latitude before: nothing is taken of the fix \[m\].
@@ -117,8 +116,7 @@ pub(in crate::machines::self_calibration) struct Witness {
     model: ModelChoice,
     #[serde(with = "BigArray")]
     prior: [f64; Whole::N],
-    /// Variance of the ship's velocity \[m²/s²\].
-    level: [f64; 3],
+    motion: ShipMotion,
     seconds: f64,
     /// Drift about which it is linear.
     linear_about: Vector3<f64>,
@@ -137,6 +135,7 @@ impl Witness {
         noise: NoiseDensity,
         settings: &Settings,
         reference: Reference,
+        starting_m_s: f64,
     ) -> Result<Self, Error> {
         let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(&noise));
         let mut initial = settings.prior;
@@ -187,7 +186,7 @@ impl Witness {
             is_positioned,
             model: settings.model,
             prior,
-            level: [STARTING_LEVEL_M_S.powi(2); 3],
+            motion: ShipMotion::new(starting_m_s.max(STARTING_M_S), STILLEST_M_S),
             seconds: 0.0,
             linear_about: Vector3::zeros(),
             restarts: 0,
@@ -293,24 +292,21 @@ impl Witness {
 
     fn update(&mut self, measurement: &VelocityMeasurement, seconds: f64) {
         let mut normalized = [0.0; 3];
-        let floor = STILLEST_M_S.powi(2);
         for (axis, normalized) in normalized.iter_mut().enumerate() {
-            let variance = self.level[axis].max(floor);
+            let sigma = self.motion.sigma_m_s(axis);
             let outcome = match measurement.east_north.get(axis) {
-                Some(velocity) => self.filter.update_velocity_axis(axis, *velocity, variance),
-                None => self
-                    .filter
-                    .update_vertical_velocity(0.0, variance.sqrt(), None)[0],
+                Some(velocity) => {
+                    let variance = sigma.powi(2);
+                    self.filter.update_velocity_axis(axis, *velocity, variance)
+                }
+                None => self.filter.update_vertical_velocity(0.0, sigma, None)[0],
             };
             let Some(innovation) = outcome.innovation() else {
                 return;
             };
             *normalized = innovation.value / innovation.variance.sqrt();
             if self.turns.is_quiet() {
-                let share = (seconds / MEMORY_S).min(1.0);
-                let level = innovation.value.powi(2) - (innovation.variance - variance);
-                self.level[axis] =
-                    (self.level[axis] + (level - self.level[axis]) * share).max(floor);
+                self.motion.learn(axis, &innovation, sigma, seconds);
             }
         }
         self.count(normalized);
@@ -361,7 +357,7 @@ impl Witness {
             attitude: self.filter.navigation().attitude,
             nine: NINE.map(|i| state[i]),
             sigmas: NINE.map(|i| sigma[i]),
-            level_m_s: self.level.map(f64::sqrt),
+            level_m_s: self.motion.sigmas_m_s(),
             turns: self.turns,
             left_out: self.left_out,
             is_coarse: self.is_coarse,
@@ -370,7 +366,7 @@ impl Witness {
 }
 
 /// How a ship moves before anything has been seen of her \[m/s\].
-const STARTING_LEVEL_M_S: f64 = 0.01;
+const STARTING_M_S: f64 = 0.01;
 
 const NOTHING: Increment = Increment {
     interval_s: 0.0,

@@ -3,10 +3,12 @@
 //!
 //! RustDDS 0.15 takes its leave by the serialized key of the participant. Fast DDS reads keys from the inline quality of
 //! service only, and keeps the endpoints of the departed in its graph until their lease ends, most of a minute later. So
-//! [`farewell`] says it once more with the key hash (RTPS 2.5, 9.6.4.8; `upstream/rustdds-key-hash.md`).
+//! [`farewell`] says it once more with the key hash (RTPS 2.5, 9.6.4.8; `docs/upstream/rustdds-key-hash.md`).
 //!
 //! RustDDS has no list of peers either. [`announce`] sends the announcement of our participant to the peers of
-//! `ROS_STATIC_PEERS`, from where both sides go on by unicast (RTPS 2.5, 8.5.3; `upstream/rustdds-initial-peers.md`).
+//! `ROS_STATIC_PEERS`, from where both sides go on by unicast (RTPS 2.5, 8.5.3; `docs/upstream/rustdds-initial-peers.md`).
+
+pub(crate) mod departures;
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};

@@ -1,0 +1,21 @@
+//! Rotation schemes found by search: what to turn, how far and in which order, so that the errors are seen as well or as
+//! soon as they can be.
+
+mod catalogue;
+mod element;
+mod goal;
+mod run;
+mod search;
+mod sequence;
+mod space;
+mod way;
+
+pub use catalogue::{Catalogue, Turn};
+pub use goal::{Criterion, Goal, Measure};
+pub use search::{CHAINS, NEIGHBOURS, Progress, Scored, Search, Standing, TOUR};
+pub use sequence::{Leg, Rules, Sequence};
+pub use space::Space;
+pub use way::{Measurements, Physics, States};
+
+#[cfg(test)]
+mod tests;
