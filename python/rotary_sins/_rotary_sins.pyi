@@ -1,9 +1,37 @@
 from collections.abc import Mapping
 from os import PathLike
-from typing import Any, TypeAlias
+from typing import Any, Self, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
+
+__all__ = [
+    "AlignmentError",
+    "BagError",
+    "Calibration",
+    "Calibrator",
+    "Compensator",
+    "Estimate",
+    "Record",
+    "RotarySinsError",
+    "Scheme",
+    "SchemeError",
+    "SensorErrors",
+    "SettingError",
+    "align",
+    "allan",
+    "bound",
+    "calibrate",
+    "calibration_settings",
+    "navigate",
+    "navigation_settings",
+    "observability",
+    "read",
+    "scheme_names",
+    "simulate",
+    "simulation_settings",
+    "states",
+]
 
 _Path: TypeAlias = str | PathLike[str]
 _Floats: TypeAlias = npt.NDArray[np.float64]
@@ -16,15 +44,16 @@ class SettingError(RotarySinsError): ...
 class AlignmentError(RotarySinsError): ...
 class SchemeError(RotarySinsError): ...
 
+@final
 class Record:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         *,
         imu: Mapping[str, npt.ArrayLike],
         joints: Mapping[str, npt.ArrayLike] | None = None,
         fix: Mapping[str, npt.ArrayLike] | None = None,
         velocity: Mapping[str, npt.ArrayLike] | None = None,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def imu(self) -> dict[str, npt.NDArray[Any]]: ...
     @property
@@ -51,8 +80,9 @@ def read(
     velocity_topic: str | None = None,
 ) -> Record: ...
 
+@final
 class SensorErrors:
-    def __init__(self, **errors: npt.ArrayLike) -> None: ...
+    def __new__(cls, **errors: npt.ArrayLike) -> Self: ...
     def corrupt(self, rate: npt.ArrayLike, force: npt.ArrayLike) -> tuple[_Floats, _Floats]: ...
     def correct(self, rate: npt.ArrayLike, force: npt.ArrayLike) -> tuple[_Floats, _Floats]: ...
     def compensator(self) -> Compensator: ...
@@ -75,12 +105,14 @@ class SensorErrors:
     @property
     def accelerometer_delay_s(self) -> float: ...
 
+@final
 class Compensator:
     def apply(
         self, interval_s: float, rate: npt.ArrayLike, force: npt.ArrayLike
     ) -> tuple[_Floats, _Floats]: ...
     def forget(self) -> None: ...
 
+@final
 class Calibration:
     @staticmethod
     def read(path: _Path) -> Calibration: ...
@@ -98,6 +130,7 @@ class Calibration:
     @property
     def covariance(self) -> _Floats: ...
 
+@final
 class Estimate:
     @property
     def stamp_ns(self) -> int: ...
@@ -145,15 +178,16 @@ class Estimate:
     @property
     def calibration(self) -> Calibration: ...
 
+@final
 class Calibrator:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         *,
         model: str = "whole",
         reference: str | None = None,
         thresholds: Mapping[str, float] | None = None,
         **settings: Any,
-    ) -> None: ...
+    ) -> Self: ...
     def push(self, record: _Source) -> list[dict[str, Any]]: ...
     @property
     def estimate(self) -> Estimate | None: ...
@@ -161,8 +195,9 @@ class Calibrator:
     def phase(self) -> str: ...
     def finish(self) -> Estimate: ...
 
+@final
 class Scheme:
-    def __init__(self, name: str) -> None: ...
+    def __new__(cls, name: str) -> Self: ...
     @staticmethod
     def from_yaml(text: str, *, name: str = "scheme") -> Scheme: ...
     @property

@@ -108,7 +108,7 @@ impl Scheme {
             .map_err(Error::Sins)?;
         let mut timeline = Vec::new();
         for segment in program.segments() {
-            let start_s = segment.start_nanos as f64 * 1e-9;
+            let start_s = segment.start_nanos as f64 / 1e9;
             if start_s >= duration_s {
                 break;
             }
@@ -119,7 +119,7 @@ impl Scheme {
             };
             mapping.set_item("kind", kind)?;
             mapping.set_item("start_s", start_s)?;
-            mapping.set_item("end_s", segment.end_nanos as f64 * 1e-9)?;
+            mapping.set_item("end_s", segment.end_nanos as f64 / 1e9)?;
             mapping.set_item("position", program.position(segment.step))?;
             timeline.push(mapping);
         }

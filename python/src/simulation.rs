@@ -7,6 +7,7 @@ use bags::{Bag, Compression, SensorOptions, WriteOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sins::simulation::{ImuErrorSettings, NoiseReading, SensorGrade, SimulatorSettings};
+use sins::time::{NANOS_PER_SECOND, Stamp};
 
 use crate::errors::{Error, Result};
 use crate::record::Record;
@@ -14,6 +15,9 @@ use crate::scheme::AnyScheme;
 use crate::sensor_errors::SensorErrors;
 use crate::settings::with;
 use crate::values::to_python;
+
+/// Where simulated stamps begin, as those of the command line do \[s since 1970\].
+const START_S: i64 = 1_760_000_000;
 
 /// What a kind of sensor, drawn by a seed, and a noise amount to.
 fn drawn(sensor: &str, noise: Option<&str>, seed: u64) -> Result<SimulatorSettings> {
@@ -24,6 +28,7 @@ fn drawn(sensor: &str, noise: Option<&str>, seed: u64) -> Result<SimulatorSettin
     let drawn = SensorGrade::named(sensor)?.draw(seed);
     settings.imu = drawn.imu;
     settings.encoder = drawn.encoder;
+    settings.plant.start = Stamp::from_nanos(START_S * NANOS_PER_SECOND);
     settings.plant.table_errors = drawn.table;
     settings.imu.noise = match noise {
         None => settings.imu.noise,

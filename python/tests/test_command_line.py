@@ -60,11 +60,16 @@ def test_simulate(rotary_sins, tmp_path) -> None:
     path = tmp_path / "cli.mcap"
     rotary_sins(
         *["simulate", "--hours", "0.2", "--rate", "20", "--seed", "7", "--sensor", "ring-laser"],
-        *["--heading-deg", "0", "--output", path],
+        *["--heading-deg", "-30", "--output", path],
     )
-    ours = tmp_path / "python.mcap"
+    ours = tmp_path / "python" / "cli.mcap"
     record, errors = rs.simulate(
-        hours=0.2, rate_hz=20.0, seed=7, sensor="ring-laser", output=ours
+        hours=0.2,
+        rate_hz=20.0,
+        seed=7,
+        sensor="ring-laser",
+        plant={"ship": {"heading_rad": -30.0 * (np.pi / 180.0)}},
+        output=ours,
     )
     assert ours.read_bytes() == path.read_bytes()
     for sensor in ["imu", "joints", "fix", "velocity"]:

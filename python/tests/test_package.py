@@ -102,7 +102,7 @@ def test_schemes_and_states() -> None:
     record, _ = rs.simulate(own, hours=0.05, rate_hz=10.0)
     assert np.abs(record.joints["position"][:, 0]).max() == pytest.approx(np.pi, abs=1e-3)
     names = [state["name"] for state in rs.states()]
-    assert names[12] == "gyroscope_drift_z_rad_s" and len(names) > 40
+    assert "gyroscope_drift_z_rad_s" in names and len(set(names)) == len(names) > 40
 
 
 def test_settings_are_named(rest) -> None:
@@ -115,7 +115,7 @@ def test_settings_are_named(rest) -> None:
         (lambda: rs.align(rest, coarse_alignment=1.0), "coarse_alignment is not known"),
         (lambda: rs.align(rest, prior={"drift": 1.0}), "prior.drift is not known"),
         (lambda: rs.align(rest, antenna={"arm_m": [1.0, 2.0]}), "antenna.arm_m has 2 numbers, expected 3"),
-        (lambda: rs.align(rest, coarse_alignment_s=-1.0), "coarse alignment"),
+        (lambda: rs.align(rest, coarse_alignment_s=-1.0), "coarse_alignment_s is -1"),
         (lambda: rs.calibrate(rest, model="big"), "whole or paper"),
         (lambda: rs.calibrate(rest, reference="stars"), "expected one of moored"),
         (lambda: rs.calibrate(rest, thresholds={"colour": 1.0}), "colour"),
