@@ -4,10 +4,15 @@
 #   launch-scripts/install.sh [PREFIX]          (default: target/install)
 #   . PREFIX/setup.bash                          after ROS 2's own setup; or PREFIX/setup.sh for other shells
 #   ros2 launch rotary_sins demo.launch.py
+#
+# It does not bring the Python and C++ code of rotary_sins_msgs, which only rosidl makes: `ros2 topic echo` of our own messages
+# needs `colcon build --packages-select rotary_sins_msgs`. It says so on standard error.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 prefix=${1:-target/install}
+# Whoever may write here decides what moves the table.
+umask 022
 executables=(imu_simulator scheme_sequencer self_calibrator navigation_compensator rotary-sins)
 
 command -v cargo >/dev/null || {
@@ -67,4 +72,6 @@ case ":\${PATH:-}:" in
 esac
 SETUP
 done
+echo "install.sh: not here: Python and C++ of rotary_sins_msgs (ros2 topic echo of its messages, PlotJuggler); build msgs/ with" \
+    "colcon for them" >&2
 echo "$prefix"

@@ -125,6 +125,7 @@ step "Python package" test_python
 step "tests of the documentation" run_documentation_tests
 step "lints and documentation" finish lints
 step "packages" tests/packages.sh
+step "dependencies" tests/dependencies.sh
 
 say "end"
 others=0

@@ -12,7 +12,7 @@ cp "$folder/figures/sigma.svg" docs/pictures/run.svg
 
 # 2.2 h at 200 times real time, from the start on.
 launch-scripts/isolated.sh bash -c '
-    "$1/scheme_sequencer" & sequencer=$!
+    "$1/scheme_sequencer" --ros-args -p autostart:=true & sequencer=$!
     "$1/self_calibrator" & calibrator=$!
     "$1/rotary-sins" monitor --picture docs/pictures/monitor.svg > "$2/pages" & monitor=$!
     "$1/imu_simulator" --ros-args -p imu_rate_hz:=20.0 -p speed:=200.0 -p seed:=7 & simulator=$!

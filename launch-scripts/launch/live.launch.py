@@ -1,56 +1,111 @@
-"""A real IMU and table: the sequencer turns the table, the calibrator and the compensator listen.
+"""A real IMU and table: the sequencer turns the table when it is asked to, the calibrator and the compensator listen.
 
-The IMU's driver publishes sensor_msgs/Imu, the table takes trajectory_msgs/JointTrajectory and publishes
-sensor_msgs/JointState (a ros2_control joint_trajectory_controller does both), the ship publishes sensor_msgs/NavSatFix.
+The IMU's driver publishes sensor_msgs/Imu, the table takes trajectory_msgs/JointTrajectory or
+control_msgs/FollowJointTrajectory and publishes sensor_msgs/JointState (a ros2_control joint_trajectory_controller does
+all of it), the ship publishes sensor_msgs/NavSatFix.
 
     ros2 launch rotary_sins live.launch.py imu:=/imu/data_raw joint_states:=/table/joint_states \
         joint_trajectory:=/table_controller/joint_trajectory fix:=/gps/fix outer_axis:=x inner_axis:=y
+    ros2 service call /scheme_sequencer/start std_srvs/srv/Trigger
+
+A launch moves nothing: the scheme waits for the call. A node that fails is started again and goes on from its checkpoint,
+where checkpoint_folder names a place for it.
 """
 
+import pathlib
+
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown, TimerAction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
+# Argument: name in the suite, what it is.
 TOPICS = {
     "imu": ("imu/data_raw", "sensor_msgs/Imu of the block"),
     "joint_states": ("turntable/joint_states", "sensor_msgs/JointState with outer_joint and inner_joint"),
     "joint_trajectory": ("turntable/joint_trajectory", "trajectory_msgs/JointTrajectory that the table follows"),
+    "follow_joint_trajectory": (
+        "turntable/follow_joint_trajectory",
+        "Action that the table follows, with table_interface:=action",
+    ),
     "fix": ("fix", "sensor_msgs/NavSatFix of the ship"),
+    "velocity": (
+        "aiding/velocity",
+        "geometry_msgs/TwistWithCovarianceStamped of the ship, with velocity_reference:=measured",
+    ),
 }
+# Argument: type of its value, what it is. Empty: as the parameter files say.
+ARGUMENTS = {
+    "namespace": (str, "Namespace of all nodes and topics"),
+    "params_file": (str, "Parameter file that goes before those of the package"),
+    "log_level": (str, "debug, info, warn or error"),
+    "scheme": (str, "Name or YAML file"),
+    "table_interface": (str, "topic or action"),
+    "outer_axis": (str, "Block axis of the outer joint"),
+    "inner_axis": (str, "Block axis of the inner joint"),
+    "velocity_reference": (str, "moored, measured, position or auto: what the filter takes for the ship's velocity"),
+    "angle_random_walk_deg_per_sqrt_hour": (float, "Noise of the gyroscopes, where the samples do not tell it"),
+    "velocity_random_walk_ug_per_sqrt_hz": (float, "Noise of the accelerometers, where the samples do not tell it"),
+    "checkpoint_folder": (str, "Folder in which the nodes keep their state and find it after a crash; empty: off"),
+}
+AXES = ("outer_axis", "inner_axis")
+NOISE = ("angle_random_walk_deg_per_sqrt_hour", "velocity_random_walk_ug_per_sqrt_hz")
+# Exit status of what no new start would mend: arguments, parameters, files.
+UNUSABLE = 2
+# Between a failure and the next start [s].
+PAUSE_S = 2.0
 
 
-def node(name, **parameters):
-    return Node(
-        package="rotary_sins",
-        executable=name,
-        name=name,
-        namespace=LaunchConfiguration("namespace"),
-        output="screen",
-        parameters=[
-            PathJoinSubstitution([FindPackageShare("rotary_sins"), "config", name + ".yaml"]),
-            parameters,
-        ],
-        remappings=[(default, LaunchConfiguration(argument)) for argument, (default, _) in TOPICS.items()],
-    )
+def start(context):
+    given = {}
+    for name, (kind, _) in ARGUMENTS.items():
+        text = LaunchConfiguration(name).perform(context)
+        if text:
+            given[name] = kind(text)
+    file = given.get("params_file")
+    if file and not pathlib.Path(file).is_file():
+        raise RuntimeError(f"params_file: {file} is no file")
+    folder = given.get("checkpoint_folder")
+
+    def node(name, *arguments, keeps=False):
+        config = PathJoinSubstitution([FindPackageShare("rotary_sins"), "config", name + ".yaml"])
+        told = {argument: given[argument] for argument in arguments if argument in given}
+        if keeps and folder:
+            told["checkpoint_file"] = str(pathlib.Path(folder) / (name + ".checkpoint"))
+
+        def ended(event, _):
+            if event.returncode in (0, UNUSABLE):
+                return Shutdown(reason=f"{name} has ended with status {event.returncode}")
+            told_why = f"{name} has ended with status {event.returncode} and is started again"
+            return [LogInfo(msg=told_why), TimerAction(period=PAUSE_S, actions=[node(name, *arguments, keeps=keeps)])]
+
+        return Node(
+            package="rotary_sins",
+            executable=name,
+            name=name,
+            namespace=given.get("namespace", ""),
+            output="screen",
+            parameters=[config, *filter(None, (file, told))],
+            remappings=[(default, LaunchConfiguration(argument)) for argument, (default, _) in TOPICS.items()],
+            ros_arguments=["--log-level", given.get("log_level", "info")],
+            on_exit=ended,
+        )
+
+    return [
+        node("scheme_sequencer", "scheme", "table_interface", *AXES, keeps=True),
+        node("self_calibrator", "velocity_reference", *AXES, *NOISE, keeps=True),
+        node("navigation_compensator", "velocity_reference", *AXES, *NOISE),
+    ]
 
 
 def generate_launch_description():
-    axes = {axis: LaunchConfiguration(axis) for axis in ("outer_axis", "inner_axis")}
-    arguments = [
+    topics = [
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, (default, description) in TOPICS.items()
     ]
-    return LaunchDescription(
-        arguments
-        + [
-            DeclareLaunchArgument("namespace", default_value="", description="Namespace of all nodes and topics"),
-            DeclareLaunchArgument("scheme", default_value="eight-position", description="Name or YAML file"),
-            DeclareLaunchArgument("outer_axis", default_value="x", description="Block axis of the outer joint"),
-            DeclareLaunchArgument("inner_axis", default_value="y", description="Block axis of the inner joint"),
-            node("scheme_sequencer", scheme=LaunchConfiguration("scheme"), **axes),
-            node("self_calibrator", **axes),
-            node("navigation_compensator", **axes),
-        ]
-    )
+    arguments = [
+        DeclareLaunchArgument(name, default_value="", description=description)
+        for name, (_, description) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*topics, *arguments, OpaqueFunction(function=start)])

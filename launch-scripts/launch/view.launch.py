@@ -20,17 +20,23 @@ def generate_launch_description():
     return LaunchDescription(
         [
             DeclareLaunchArgument("rviz", default_value="true", description="Start RViz"),
+            DeclareLaunchArgument("namespace", default_value="", description="Namespace of the nodes that are shown"),
+            DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn or error"),
             # Only for the model: the frames come from navigation_compensator, so those of this node go nowhere.
             Node(
                 package="robot_state_publisher",
                 executable="robot_state_publisher",
+                namespace=LaunchConfiguration("namespace"),
+                ros_arguments=["--log-level", LaunchConfiguration("log_level")],
                 parameters=[{"robot_description": (share / "urdf" / "turntable.urdf").read_text()}],
                 remappings=[("/tf", "~/tf"), ("/tf_static", "~/tf_static")],
             ),
             Node(
                 package="rviz2",
                 executable="rviz2",
+                namespace=LaunchConfiguration("namespace"),
                 arguments=["-d", str(share / "layouts" / "turntable.rviz")],
+                ros_arguments=["--log-level", LaunchConfiguration("log_level")],
                 condition=IfCondition(LaunchConfiguration("rviz")),
             ),
         ]

@@ -12,7 +12,7 @@ use sins::{
     earth::Position,
     estimation::filter::VelocityMeasurement,
     sensor::{PositionMeasurement, sample::ImuSample},
-    table::{JOINT_NAMES, JointSample, Trajectory, TrajectoryPoint},
+    table::{JOINT_NAMES, JointSample, Trajectory, Waypoint, Waypoints},
     time::{NANOS_PER_SECOND, Stamp},
 };
 
@@ -239,8 +239,9 @@ pub fn velocity_from_twist(message: &TwistWithCovarianceStamped) -> VelocityMeas
     }
 }
 
-impl FromMessage<JointTrajectory> for Trajectory {
-    /// Both joints by name, in whatever order they come. A trajectory without points stops the table, whatever its names.
+impl FromMessage<JointTrajectory> for Waypoints {
+    /// Both joints by name, in whatever order they come; points with rates and without. One without points stops the table,
+    /// whatever its names.
     fn from_message(message: &JointTrajectory) -> Result<Self, ConvertError> {
         if message.points.is_empty() {
             return Ok(Self::default());
@@ -274,10 +275,7 @@ impl FromMessage<JointTrajectory> for Trajectory {
     }
 }
 
-fn point_of(
-    point: &JointTrajectoryPoint,
-    indices: [usize; 2],
-) -> Result<TrajectoryPoint, ConvertError> {
+fn point_of(point: &JointTrajectoryPoint, indices: [usize; 2]) -> Result<Waypoint, ConvertError> {
     let pick = |values: &[f64], field: &'static str| -> Result<[f64; 2], ConvertError> {
         let mut picked = [0.0; 2];
         for slot in 0..2 {
@@ -290,10 +288,13 @@ fn point_of(
         }
         Ok(picked)
     };
-    Ok(TrajectoryPoint {
+    Ok(Waypoint {
         time_from_start_nanos: point.time_from_start.nanos(),
         position: pick(&point.positions, "positions")?,
-        velocity: pick(&point.velocities, "velocities")?,
+        velocity: match point.velocities.as_slice() {
+            [] => None,
+            rates => Some(pick(rates, "velocities")?),
+        },
     })
 }
 
@@ -321,6 +322,7 @@ impl ToMessage<JointTrajectory> for Trajectory {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use sins::table::TrajectoryPoint;
 
     fn joints(names: &[&str], position: &[f64]) -> JointState {
         JointState {
@@ -392,8 +394,8 @@ mod tests {
             points: vec![point(-1), point(1_500_000_000)],
         };
         assert_eq!(
-            Trajectory::from_message(&trajectory.to_message()).unwrap(),
-            trajectory
+            Waypoints::from_message(&trajectory.to_message()).unwrap(),
+            trajectory.into()
         );
     }
 }

@@ -118,10 +118,12 @@ pub struct SelfCalibrationEstimate {
     pub message: String,
     /// Of the states before anything was measured; empty, or zero where not known.
     pub prior_std: Vec<f64>,
+    /// 1 sigma below which the state counts as found; empty, or zero where it is not asked for.
+    pub threshold: Vec<f64>,
 }
 
 impl SelfCalibrationEstimate {
-    /// Reads a payload of a bag; in one of the time before `prior_std` was there, it is empty.
+    /// Reads a payload of a bag; in one of the time before `prior_std` or `threshold` were there, they are empty.
     ///
     /// # Errors
     /// Why it is no estimate.
@@ -146,10 +148,13 @@ impl SelfCalibrationEstimate {
 /// Reads a payload that may be from before the last array of its type was there.
 fn of_bag<M: RosMessage>(payload: &[u8]) -> Result<M, cdr::Error> {
     cdr::decode(payload).or_else(|error| {
-        // The length of an empty array, behind as many bytes as bring it to its place.
-        let mut longer = payload.to_vec();
-        longer.resize(payload.len().next_multiple_of(4) + 4, 0);
-        cdr::decode(&longer).map_err(|_| error)
+        // The lengths of empty arrays, behind as many bytes as bring them to their place.
+        let with_empty = |arrays: usize| {
+            let mut longer = payload.to_vec();
+            longer.resize(payload.len().next_multiple_of(4) + 4 * arrays, 0);
+            cdr::decode(&longer).ok()
+        };
+        (1..=2).find_map(with_empty).ok_or(error)
     })
 }
 
@@ -235,7 +240,7 @@ ros_message!(
     SelfCalibrationEstimate,
     "rotary_sins_msgs/msg/SelfCalibrationEstimate",
     include_str!("../msg/SelfCalibrationEstimate.msg"),
-    "RIHS01_3e81793d76dc2a12f050c5a15dd46f33972c74291b8b572ee736ddb027d771cf",
+    "RIHS01_3aa579601c117b1d06e882d8cd638d8731c836f0d7e062335868f254c16c5089",
     [Header, Quaternion]
 );
 ros_message!(

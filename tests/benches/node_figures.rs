@@ -120,7 +120,10 @@ async fn resources(_node: &Node) {
     let rate = format!("imu_rate_hz:={RATE_HZ}");
     let nodes = [
         ("imu_simulator", Running::start("imu_simulator", &rate)),
-        ("scheme_sequencer", Running::start("scheme_sequencer", "")),
+        (
+            "scheme_sequencer",
+            Running::start("scheme_sequencer", "autostart:=true"),
+        ),
         ("self_calibrator", Running::start("self_calibrator", "")),
         (
             "navigation_compensator",

@@ -98,6 +98,16 @@ def reached():
     }
 
 
+def positions():
+    """Points without rates, as a joint_trajectory_controller takes them."""
+    wanted = goal(2, [0.1, 0.2])
+    for point in wanted.trajectory.points:
+        point.velocities = []
+    end = Motion(wanted).end()
+    rest()
+    return end | {"position": table["position"]}
+
+
 def changed(change):
     wanted = goal(2, [0.1, 0.1])
     change(wanted)

@@ -84,6 +84,7 @@ if sys.argv[1:] == ["cleanup"]:
     sys.exit()
 found = {
     "nonsense": Asked(time_limit=-1.0).handle.accepted,
+    "negative": Asked(gyroscope_drift_threshold=-1e-8).handle.accepted,
     "not a number": Asked(azimuth_threshold=math.nan).handle.accepted,
 }
 # Once one feedback has come, the server knows this client's reader, and none is lost from its first one on.

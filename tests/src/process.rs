@@ -31,6 +31,11 @@ impl Program {
         Self::at(name, executable(name))
     }
 
+    /// The sequencer of a simulated table, which starts its scheme by itself.
+    pub fn sequencer() -> Self {
+        Self::new("scheme_sequencer").parameter("autostart", "true")
+    }
+
     /// Any executable; `label` names its log.
     pub fn at(label: &str, path: PathBuf) -> Self {
         Self {

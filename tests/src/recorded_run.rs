@@ -119,7 +119,7 @@ fn run_the_nodes(recording: &Path) {
     );
     scene.start(&Program::new("self_calibrator").parameter("use_sim_time", "true"));
     scene.start(
-        &Program::new("scheme_sequencer")
+        &Program::sequencer()
             .parameter("use_sim_time", "true")
             .parameter("scheme", scheme.to_str().unwrap()),
     );

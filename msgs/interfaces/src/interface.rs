@@ -29,6 +29,9 @@ pub struct Topic<M> {
     pub to: &'static str,
     /// What it carries, in a line.
     pub about: &'static str,
+    /// Whether parameters of a node may override its quality of service: streams, whose rate and place a system chooses. What
+    /// commands, events and latched states offer is part of what they mean.
+    pub overridable: bool,
     message: PhantomData<fn() -> M>,
 }
 
@@ -56,8 +59,16 @@ impl<M> Topic<M> {
             from,
             to,
             about,
+            overridable: false,
             message: PhantomData,
         }
+    }
+
+    /// The same, with a quality of service that parameters may override.
+    #[must_use]
+    pub const fn overridable(mut self) -> Self {
+        self.overridable = true;
+        self
     }
 
     /// The same for an end that keeps another number of samples.

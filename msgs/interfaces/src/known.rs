@@ -170,6 +170,7 @@ macro_rules! with_standard_types {
             $crate::trajectory_msgs::MultiDOFJointTrajectory,
             $crate::control_msgs::JointTolerance,
             $crate::control_msgs::JointComponentTolerance,
+            $crate::compass_interfaces::Azimuth,
             $crate::tf2_msgs::TFMessage,
             $crate::rosgraph_msgs::Clock,
             $crate::diagnostic_msgs::KeyValue,

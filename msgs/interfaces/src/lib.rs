@@ -9,6 +9,7 @@
 
 pub mod builtin_interfaces;
 pub mod cdr;
+pub mod compass_interfaces;
 pub mod control_msgs;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;

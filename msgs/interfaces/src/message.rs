@@ -9,7 +9,7 @@ const SEPARATOR: &str =
     "================================================================================";
 
 /// A ROS message: its name, its definition, its hash.
-pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + 'static {
+pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
     /// Full name, e.g. `sensor_msgs/msg/Imu`.
     const TYPE_NAME: &'static str;
     /// Text of its `.msg` file.

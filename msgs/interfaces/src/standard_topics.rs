@@ -15,7 +15,8 @@ pub const CLOCK: Topic<Clock> = Topic::new(
     "simulator or player",
     "nodes with `use_sim_time`",
     "Simulated time",
-);
+)
+.overridable();
 
 /// How nodes are.
 pub const DIAGNOSTICS: Topic<DiagnosticArray> = Topic::new(

@@ -12,11 +12,9 @@ use ros2_interfaces::trajectory_msgs::JointTrajectoryPoint;
 use rotary_sins_msgs::convert::{ConvertError, FromMessage, header, stamp_from_time};
 use rotary_sins_msgs::interfaces::actions::FOLLOW_JOINT_TRAJECTORY;
 use sins::simulation::Simulator;
-use sins::table::{self, JOINT_NAMES, JointState, Trajectory, violation};
+use sins::table::{self, JOINT_NAMES, JointState, Trajectory, Waypoints, violation};
 use sins::time::{Stamp, seconds_to_nanos};
 
-/// Name of the action, for log lines.
-const ACTION: &str = FOLLOW_JOINT_TRAJECTORY.name;
 /// Simulated time between two feedbacks \[s\].
 const FEEDBACK_PERIOD_S: f64 = 0.1;
 /// Tolerances where a goal has none: at the end \[rad\], and so long after it \[s\]. On the way there is none.
@@ -40,7 +38,7 @@ struct Active {
 #[derive(Debug)]
 struct Wanted {
     start: Option<Stamp>,
-    trajectory: Trajectory,
+    trajectory: Waypoints,
     patience_s: f64,
     path: Tolerances,
     goal: Tolerances,
@@ -48,6 +46,8 @@ struct Wanted {
 
 /// The server and what it executes.
 pub struct Follower {
+    /// Name of the action after remapping, for log lines.
+    action: String,
     server: ActionServer<Goal, Outcome, Feedback>,
     active: Option<Active>,
 }
@@ -59,6 +59,7 @@ impl Follower {
     /// A name that is none, or a middleware that refuses.
     pub fn new(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
+            action: node.resolve_service(FOLLOW_JOINT_TRAJECTORY.name)?,
             server: node.serve_action(
                 &FOLLOW_JOINT_TRAJECTORY,
                 outcome(
@@ -92,14 +93,14 @@ impl Follower {
                 }
                 Err(outcome) => {
                     refused += 1;
-                    tracing::warn!("{ACTION}: refused: {}", outcome.error_string);
+                    tracing::warn!("{}: refused: {}", self.action, outcome.error_string);
                     handle.abort(&outcome);
                 }
             }
         }
         if let Some(active) = self.active.take_if(|a| a.handle.is_cancel_requested()) {
-            stop(simulator);
-            tracing::info!("{ACTION}: cancelled");
+            stop(simulator, &self.action);
+            tracing::info!("{}: cancelled", self.action);
             let why = "cancelled: the table stops".to_owned();
             active.handle.canceled(&outcome(Outcome::SUCCESSFUL, why));
         }
@@ -109,8 +110,8 @@ impl Follower {
     /// Before the node stops being active: the goal ends, and the table with it as soon as time goes on.
     pub fn give_up(&mut self, simulator: &mut Simulator, why: &str) {
         if let Some(active) = self.active.take() {
-            stop(simulator);
-            tracing::info!("{ACTION}: given up: {why}");
+            stop(simulator, &self.action);
+            tracing::info!("{}: given up: {why}", self.action);
             let why = format!("given up: {why}");
             active.handle.abort(&outcome(Outcome::INVALID_GOAL, why));
         }
@@ -119,7 +120,7 @@ impl Follower {
     /// Something else moves the table from now on.
     pub fn replaced_by(&mut self, what: &str) {
         if let Some(active) = self.active.take() {
-            tracing::info!("{ACTION}: given up for {what}");
+            tracing::info!("{}: given up for {what}", self.action);
             let why = format!("given up: {what} took its place");
             active.handle.abort(&outcome(Outcome::INVALID_GOAL, why));
         }
@@ -161,11 +162,12 @@ impl Follower {
             active.handle.succeed(&outcome);
         } else {
             tracing::warn!(
-                "{ACTION}: {}: {}",
+                "{}: {}: {}",
+                self.action,
                 outcome.error_name(),
                 outcome.error_string
             );
-            stop(simulator);
+            stop(simulator, &self.action);
             active.handle.abort(&outcome);
         }
     }
@@ -175,15 +177,15 @@ impl Follower {
 fn begin(goal: &Goal, simulator: &mut Simulator) -> Result<(Wanted, Stamp), Outcome> {
     let wanted = wanted(goal, simulator.plant().now())?;
     let start = simulator
-        .command(wanted.start, &wanted.trajectory)
+        .follow(wanted.start, &wanted.trajectory)
         .map_err(|error| outcome(Outcome::INVALID_GOAL, error.to_string()))?;
     Ok((wanted, start))
 }
 
-fn stop(simulator: &mut Simulator) {
+fn stop(simulator: &mut Simulator, action: &str) {
     // Stopping from any state is a trajectory that the table itself makes.
     if let Err(error) = simulator.command(None, &Trajectory::default()) {
-        tracing::error!("{ACTION}: the table cannot be stopped: {error}");
+        tracing::error!("{action}: the table cannot be stopped: {error}");
     }
 }
 
@@ -202,7 +204,7 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
             "the table has no joints of several degrees of freedom".to_owned(),
         ));
     }
-    let trajectory = Trajectory::from_message(&goal.trajectory).map_err(|error| {
+    let trajectory = Waypoints::from_message(&goal.trajectory).map_err(|error| {
         let code = match error {
             ConvertError::UnknownJoint { .. } | ConvertError::MissingJoint { .. } => {
                 Outcome::INVALID_JOINTS
@@ -215,7 +217,7 @@ fn wanted(goal: &Goal, now: Stamp) -> Result<Wanted, Outcome> {
         return Err(invalid("the trajectory has no points".to_owned()));
     }
     trajectory
-        .validate(f64::INFINITY)
+        .trajectory(JointState::default())
         .map_err(|error| invalid(error.to_string()))?;
     let stamp = stamp_from_time(goal.trajectory.header.stamp);
     let start = (stamp != Stamp::default()).then_some(stamp);
@@ -349,6 +351,14 @@ mod tests {
                 "finite number",
             ),
             (
+                |goal| {
+                    goal.trajectory.points[1].velocities.clear();
+                    goal.trajectory.points[1].positions.pop();
+                },
+                Outcome::INVALID_GOAL,
+                "positions has no value for joint",
+            ),
+            (
                 |goal| goal.trajectory.points[2].time_from_start = Duration::default(),
                 Outcome::INVALID_GOAL,
                 "times grow",
@@ -368,6 +378,19 @@ mod tests {
             assert_eq!(found, code, "{message}");
             assert!(message.contains(text), "{message}");
         }
+    }
+
+    /// A goal of positions alone is taken, as a `joint_trajectory_controller` takes it, and lasts as long as it says.
+    #[test]
+    fn positions_alone_are_a_goal() {
+        let mut goal = goal();
+        for point in &mut goal.trajectory.points {
+            point.velocities.clear();
+        }
+        let with_rates = Trajectory::trapezoid(Joint::Outer, [0.0; 2], 1.0, 0.1, 0.1).unwrap();
+        let taken = wanted(&goal, NOW).unwrap().trajectory;
+        assert_eq!(taken.duration_nanos(), with_rates.duration_nanos());
+        assert!(taken.points.iter().all(|point| point.velocity.is_none()));
     }
 
     /// 0 is the table's own tolerance, negative is none, and a late start that is not over is good.

@@ -10,7 +10,7 @@ use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
 use rotary_sins_msgs::interfaces::topics::JOINT_TRAJECTORY;
 use sins::simulation::{Simulator, Wandering};
-use sins::table::Trajectory;
+use sins::table::Waypoints;
 use sins::time::{Stamp, seconds_to_nanos};
 
 use crate::follow::Follower;
@@ -19,7 +19,7 @@ use crate::pacing::Pacer;
 use crate::parameters::{Settings, settings};
 use crate::wait_list::{self, Wait};
 
-/// The topic by which the table is moved, for log lines.
+/// The topic by which the table is moved, as it is waited for.
 const TRAJECTORY: &str = JOINT_TRAJECTORY.name;
 /// Samples between two looks at the clock and at the trajectories.
 const BATCH: u32 = 200;
@@ -148,7 +148,7 @@ async fn simulate(
         // Simulated time stands still while the node is not active; the pacer forgives it.
         active(node, endings).await;
         while let Some(message) = trajectories.try_recv() {
-            if command(simulator, &message, progress) {
+            if command(simulator, trajectories.topic(), &message, progress) {
                 follower.replaced_by("a trajectory of the topic");
             }
         }
@@ -218,30 +218,35 @@ async fn active(node: &Node, endings: &mut Endings) {
 }
 
 /// Hands a trajectory to the table, or says why not. Says whether the table took it.
-fn command(simulator: &mut Simulator, message: &JointTrajectory, progress: &SimulatedTime) -> bool {
+fn command(
+    simulator: &mut Simulator,
+    topic: &str,
+    message: &JointTrajectory,
+    progress: &SimulatedTime,
+) -> bool {
     let refuse = |reason: String| {
         progress.refused.fetch_add(1, Ordering::Relaxed);
-        tracing::warn!("{TRAJECTORY}: refused: {reason}");
+        tracing::warn!("{topic}: refused: {reason}");
         false
     };
-    let trajectory = match Trajectory::from_message(message) {
+    let trajectory = match Waypoints::from_message(message) {
         Ok(trajectory) => trajectory,
         Err(error) => return refuse(error.to_string()),
     };
     let stamp = stamp_from_time(message.header.stamp);
     let wanted = (stamp != Stamp::default()).then_some(stamp);
-    match simulator.command(wanted, &trajectory) {
-        Ok(_) if trajectory.points.is_empty() => tracing::info!("{TRAJECTORY}: stop"),
+    match simulator.follow(wanted, &trajectory) {
+        Ok(_) if trajectory.points.is_empty() => tracing::info!("{topic}: stop"),
         Ok(start) => {
             progress.started.fetch_add(1, Ordering::Relaxed);
             let late_s = wanted.map_or(0.0, |wanted| start.seconds_since(wanted));
             if late_s > 0.0 {
                 progress.late.fetch_add(1, Ordering::Relaxed);
                 tracing::warn!(
-                    "{TRAJECTORY}: arrived {late_s:.3} s after its start; the motion begins now"
+                    "{topic}: arrived {late_s:.3} s after its start; the motion begins now"
                 );
             }
-            tracing::debug!("{TRAJECTORY}: motion from {} ns", start.nanos());
+            tracing::debug!("{topic}: motion from {} ns", start.nanos());
         }
         Err(error) => return refuse(error.to_string()),
     }

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use imu_input::{Publishers, is_frame, samples_report};
-use ros_node::{InputWatch, Level, Report, StreamMonitor};
+use ros_node::{InputWatch, Level, Node, Report, StreamMonitor};
+use ros2_interfaces::compass_interfaces::Azimuth;
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
@@ -48,6 +49,8 @@ pub struct Output {
     pub fixed_transforms: Option<TFMessage>,
     /// What other instruments aboard are told.
     pub motion: Option<Motion>,
+    /// Heading of the ship from East and from North, where it is asked for.
+    pub azimuths: Option<[Azimuth; 2]>,
 }
 
 /// Says which samples are due at a rate, by their stamps alone.
@@ -87,6 +90,18 @@ struct Inputs {
     fix: InputWatch,
     velocity: InputWatch,
     calibration: InputWatch,
+}
+
+impl Inputs {
+    fn all(&mut self) -> [&mut InputWatch; 5] {
+        [
+            &mut self.imu,
+            &mut self.joints,
+            &mut self.fix,
+            &mut self.velocity,
+            &mut self.calibration,
+        ]
+    }
 }
 
 /// Compensation and navigation between messages.
@@ -229,9 +244,32 @@ impl Compensator {
         self.navigator.stream().waits_beside()
     }
 
+    /// The inputs are those of a node: by their names after remapping, and silent only while it is active.
+    ///
+    /// # Errors
+    /// A name that is none.
+    pub fn listen_as(&mut self, node: &Node) -> ros_node::Result<()> {
+        for input in self.inputs.all() {
+            *input = input.clone().of(node)?;
+        }
+        Ok(())
+    }
+
+    /// What may change while the node runs: the silence that is no fault, and how often what is published.
+    pub fn change(&mut self, settings: &NodeSettings) {
+        let silence = Duration::from_secs_f64(settings.silence_s);
+        for input in self.inputs.all() {
+            input.set_patience(silence);
+        }
+        self.navigation_due = Decimation::new(settings.output_rate_hz);
+        self.imu_due = Decimation::new(settings.imu_output_rate_hz);
+        self.transforms_due = Decimation::or_never(settings.tf_rate_hz);
+        self.motion_due = Decimation::new(settings.nmea_rate_hz);
+    }
+
     /// The nodes that publish on the topic of the samples.
     pub fn publishers(&mut self, names: Vec<String>) {
-        self.publishers.take(topics::IMU_DATA_RAW.name, names);
+        self.publishers.take(self.inputs.imu.topic(), names);
     }
 
     /// A sample; it goes on when its joint state is there.
@@ -275,7 +313,14 @@ impl Compensator {
                     self.inputs.imu.refuse(refused.why.name(), reason);
                 }
                 NavigatorEvent::PhaseChanged { .. } => self.follow_phase(),
-                NavigatorEvent::CalibrationTaken { .. } => {}
+                NavigatorEvent::CalibrationTaken { restarted, .. } => {
+                    if restarted {
+                        tracing::warn!(
+                            "{}: the calibration before had not converged: the solution that stood on it starts anew",
+                            self.inputs.calibration.topic()
+                        );
+                    }
+                }
                 NavigatorEvent::CalibrationRefused { reason, .. } => {
                     self.inputs.calibration.refuse("unusable", reason);
                 }
@@ -298,7 +343,7 @@ impl Compensator {
                     let stamp = stamp.nanos();
                     tracing::warn!(
                         "{}: a hole of {seconds:.3} s up to {stamp} ns: {how}",
-                        topics::IMU_DATA_RAW.name
+                        self.inputs.imu.topic()
                     );
                 }
                 NavigatorEvent::AlignmentFailed { reason, .. } => {
@@ -309,7 +354,7 @@ impl Compensator {
     }
 
     fn trouble(&mut self, problem: String) {
-        tracing::error!("{}: {problem}", topics::IMU_DATA_RAW.name);
+        tracing::error!("{}: {problem}", self.inputs.imu.topic());
         self.problem = Some(problem);
     }
 
@@ -338,6 +383,7 @@ impl Compensator {
         (navigation || imu || motion || transforms.is_some()).then(|| Output {
             transforms,
             fixed_transforms,
+            azimuths: (navigation && self.settings.azimuth_topics).then(|| self.azimuths(output)),
             motion: motion.then(|| self.motion(output, sample)),
             ..self.messages(output, sample, navigation, imu)
         })
@@ -374,6 +420,14 @@ impl Compensator {
             &settings.base_frame_id,
         );
         (fixed, Some(moving))
+    }
+
+    fn azimuths(&self, output: &NavigatorOutput) -> [Azimuth; 2] {
+        translation::azimuths(
+            output.stamp,
+            &output.compensated,
+            &self.settings.base_frame_id,
+        )
     }
 
     fn motion(&self, output: &NavigatorOutput, sample: &ImuSample) -> Motion {
@@ -470,7 +524,13 @@ impl Compensator {
             waiting = Level::Error;
         }
         if self.navigator.waits_for_position() {
-            report = report.worsened(waiting, "aligning waits for a valid position on fix");
+            report = report.worsened(
+                waiting,
+                &format!(
+                    "aligning waits for a valid position on {}",
+                    self.inputs.fix.topic()
+                ),
+            );
         }
         report
     }

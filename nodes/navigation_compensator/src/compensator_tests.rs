@@ -25,6 +25,7 @@ fn compensator(output_rate_hz: f64) -> Compensator {
         base_frame_id: "base_link".to_owned(),
         tf_rate_hz: 0.0,
         nmea_rate_hz: 10.0,
+        azimuth_topics: true,
         silence_s: 3.0,
     })
     .unwrap()
@@ -106,6 +107,52 @@ fn compensation_holds_the_position() {
     );
     // Heading 0: the ship's x (forward) is North.
     assert!((odometry.pose.pose.orientation.z - 0.5f64.sqrt()).abs() < 1e-6);
+}
+
+/// What stood on a calibration that had not converged does not stay where that one has led it.
+#[test]
+fn a_calibration_after_one_that_had_not_converged_starts_anew() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    // Nothing is known of the drift yet.
+    compensator.calibration(&Calibration {
+        phase: 3,
+        converged: false,
+        gyroscope_drift: [0.0; 3],
+        ..calibration(5)
+    });
+    let distance = |outputs: &[Output]| {
+        let odometry = &outputs.last().unwrap().compensated.navigation;
+        let position = odometry.as_ref().unwrap().0.pose.pose.position;
+        position.x.hypot(position.y)
+    };
+    let led_off = distance(&feed(&mut compensator, 10..20_000));
+    assert!(led_off > 1.0, "{led_off}");
+    compensator.calibration(&calibration(19_998));
+    let anew = distance(&feed(&mut compensator, 20_000..20_100));
+    assert!(anew < 0.1, "{anew}");
+    // One that follows a good one refines it, and what runs goes on.
+    let before = distance(&feed(&mut compensator, 20_100..20_110));
+    compensator.calibration(&calibration(20_105));
+    let after = distance(&feed(&mut compensator, 20_110..20_111));
+    assert!((after - before).abs() < 1e-3, "{before} {after}");
+}
+
+/// The heading is told as the azimuth of the ecosystem: from true North and from true East, with its variance.
+#[test]
+fn azimuths_are_the_heading() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    let outputs = feed(&mut compensator, 10..20);
+    let [enu, ned] = outputs.last().unwrap().azimuths.as_ref().unwrap();
+    assert!((enu.azimuth - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!(ned.azimuth.min(std::f64::consts::TAU - ned.azimuth) < 1e-6);
+    for azimuth in [enu, ned] {
+        assert_eq!((azimuth.unit, azimuth.reference), (0, 1));
+        assert!(azimuth.variance > 0.0, "{azimuth:?}");
+    }
+    assert_eq!((enu.orientation, ned.orientation), (0, 1));
 }
 
 /// A start from a calibration needs no fix; an alignment does, and says so until one comes, after a jump too.

@@ -3,7 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use ros_node::{Node, Publisher, Report, SENSOR_DEPTH};
+use ros_node::{Node, Publisher, Report, SENSOR_DEPTH, Subscription};
+use ros2_interfaces::compass_interfaces::Azimuth;
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{Imu, NavSatFix};
@@ -84,9 +85,13 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let given = parameters::settings(node.parameters())?;
     let settings = given.node()?;
     let reference = settings.navigator.alignment.reference;
-    let shared = Shared(Arc::new(Mutex::new(Compensator::new(settings)?)));
+    let azimuth_topics = settings.azimuth_topics;
+    let mut compensator = Compensator::new(settings)?;
+    compensator.listen_as(&node)?;
+    let shared = Shared(Arc::new(Mutex::new(compensator)));
     let compensated = SolutionPublishers::compensated(&node)?;
     let uncompensated = SolutionPublishers::uncompensated(&node)?;
+    let azimuths = azimuth_publishers(&node, azimuth_topics)?;
     let (frames, fixed_frames) = (
         node.publish_on(&topics::TF)?,
         node.publish_on(&topics::TF_STATIC)?,
@@ -99,6 +104,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let mut publish = |output: Output| {
         compensated.publish(output.compensated);
         uncompensated.publish(output.uncompensated);
+        let headings = output.azimuths.into_iter().flatten();
+        for (publisher, azimuth) in azimuths.iter().zip(headings) {
+            publisher.publish_if_heard(|| azimuth).left_to_diagnostics();
+        }
         if let Some(transforms) = output.fixed_transforms {
             fixed_frames.publish(transforms).left_to_diagnostics();
         }
@@ -113,14 +122,10 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let depth = given.queue_depth();
     let mut joints = node.subscribe_on(&topics::JOINT_STATES.with_depth(depth))?;
     let mut calibrations = node.subscribe_on(&topics::CALIBRATION)?;
-    let mut velocities = match reference {
-        Reference::Measured { .. } => {
-            Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
-        }
-        _ => None,
-    };
+    let mut velocities = velocities_of_ship(&node, reference)?;
     let mut samples = node.subscribe_on(&topics::IMU_DATA_RAW.with_depth(depth))?;
     watch(&node, &shared);
+    let mut changes = node.parameters().changes();
     node.set_ready();
     let mut endings = node.endings(ENDING);
     let mut ticks = tokio::time::interval(TICK);
@@ -135,6 +140,13 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                 continue;
             }
             () = node.shutdown() => return Ok(()),
+            changed = changes.changed() => {
+                if changed.is_ok() {
+                    let given = parameters::settings(node.parameters())?.node()?;
+                    shared.lock().change(&given);
+                }
+                continue;
+            }
             fix = fixes.recv() => {
                 shared.lock().fix(&fix);
                 continue;
@@ -168,6 +180,29 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
         // Where samples are always there, nobody else on this thread would get a turn.
         tokio::task::consume_budget().await;
     }
+}
+
+/// Publishers of the heading from East and from North, where they are asked for.
+fn azimuth_publishers(node: &Node, asked: bool) -> ros_node::Result<Vec<Publisher<Azimuth>>> {
+    if !asked {
+        return Ok(Vec::new());
+    }
+    [topics::AZIMUTH_ENU, topics::AZIMUTH_NED]
+        .iter()
+        .map(|topic| node.publish_on(topic))
+        .collect()
+}
+
+/// The measured velocities, where the alignment takes them.
+fn velocities_of_ship(
+    node: &Node,
+    reference: Reference,
+) -> ros_node::Result<Option<Subscription<TwistWithCovarianceStamped>>> {
+    let Reference::Measured { .. } = reference else {
+        return Ok(None);
+    };
+    let topic = topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH);
+    node.subscribe_on(&topic).map(Some)
 }
 
 /// Whether the node lives in simulated time, now and whenever it is asked.

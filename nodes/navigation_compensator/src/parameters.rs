@@ -25,6 +25,8 @@ pub struct NodeSettings {
     pub tf_rate_hz: f64,
     /// NMEA 0183 sentences a second of sample time, where they go anywhere \[Hz\].
     pub nmea_rate_hz: f64,
+    /// Whether the heading is published as an azimuth too.
+    pub azimuth_topics: bool,
     /// An input that is silent for longer is a fault \[s\].
     pub silence_s: f64,
 }
@@ -43,6 +45,7 @@ impl Default for NodeSettings {
             base_frame_id: "base_link".to_owned(),
             tf_rate_hz: 20.0,
             nmea_rate_hz: 10.0,
+            azimuth_topics: false,
             silence_s: InputParameters::default().silence_s,
         }
     }
@@ -157,6 +160,7 @@ pub fn declared() -> ParameterSet<CompensatorParameters> {
             |s| &mut s.node.output_rate_hz,
             "How often odometry, fix_ins and velocity are published, by sample time; 0: with every sample",
         )
+        .changeable()
         .number(
             "imu_output_rate_hz",
             Unit::HERTZ,
@@ -164,12 +168,19 @@ pub fn declared() -> ParameterSet<CompensatorParameters> {
             |s| &mut s.node.imu_output_rate_hz,
             "How often imu/data is published, by sample time; 0: with every sample",
         )
+        .changeable()
         .number(
             "tf_rate_hz",
             Unit::HERTZ,
             0.0..=1000.0,
             |s| &mut s.node.tf_rate_hz,
             "How often transforms of table and ship go to /tf, by sample time; 0: never, for a robot_state_publisher has them",
+        )
+        .changeable()
+        .switch(
+            "azimuth_topics",
+            |s| &mut s.node.azimuth_topics,
+            "Publish the heading with odometry as compass_interfaces/Azimuth too, on azimuth/enu and azimuth/ned",
         )
         .text(
             "odometry_frame_id",
@@ -190,6 +201,7 @@ pub fn declared() -> ParameterSet<CompensatorParameters> {
             |s| &mut s.node.nmea_rate_hz,
             "How often every sentence is sent, by the time of the samples",
         )
+        .changeable()
 }
 
 /// What the parameters say.

@@ -1,6 +1,9 @@
 //! Calibration messages to calibrations; solutions to messages.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use nalgebra::{Matrix6, Vector3};
+use ros2_interfaces::compass_interfaces::Azimuth;
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
@@ -8,11 +11,34 @@ use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_t
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
+use sins::earth::rotation::{HeadingPitchRoll, base_link_to_block};
 use sins::estimation::groups::navigation::{MISALIGNMENT, VELOCITY};
 use sins::machines::navigator::Solution;
 use sins::machines::odometry::{UNKNOWN_VARIANCE, VehicleMotion, pose_covariance};
 use sins::machines::self_calibration::{Calibration, CalibrationRecord, Phase, RecordedCovariance};
 use sins::sensor::sample::ImuSample;
+
+/// The ship's heading, true, from East and from North, with its variance.
+pub fn azimuths(stamp: Stamp, solution: &Solution, base_frame_id: &str) -> [Azimuth; 2] {
+    let vehicle = solution.base_link * base_link_to_block().inverse();
+    let heading = HeadingPitchRoll::from_attitude(&vehicle).heading;
+    let misalignment = solution
+        .covariance
+        .block_or(&MISALIGNMENT, UNKNOWN_VARIANCE);
+    let sigma = HeadingPitchRoll::sigma(heading, &misalignment).heading;
+    let azimuth = |azimuth: f64, orientation| Azimuth {
+        header: header(stamp, base_frame_id),
+        azimuth: azimuth.rem_euclid(TAU),
+        variance: sigma * sigma,
+        unit: Azimuth::UNIT_RAD,
+        orientation,
+        reference: Azimuth::REFERENCE_GEOGRAPHIC,
+    };
+    [
+        azimuth(FRAC_PI_2 - heading, Azimuth::ORIENTATION_ENU),
+        azimuth(heading, Azimuth::ORIENTATION_NED),
+    ]
+}
 
 /// The calibration of a message. Where it carries no covariance, its standard deviations make one.
 ///

@@ -36,4 +36,5 @@ pub fn input() -> ParameterSet<InputParameters> {
             |s| &mut s.silence_s,
             "An input topic that is silent for longer is a fault",
         )
+        .changeable()
 }

@@ -53,6 +53,7 @@ pub fn thresholds() -> ParameterSet<ThresholdParameters> {
             |s| &mut s.gyroscope_drift_rad_s,
             "1 sigma below which the drifts x, y, z count as found; 0: not asked for",
         )
+        .changeable()
         .numbers(
             "accelerometer_bias_threshold_ug",
             MICRO_G,
@@ -60,6 +61,7 @@ pub fn thresholds() -> ParameterSet<ThresholdParameters> {
             |s| &mut s.accelerometer_bias_m_s2,
             "1 sigma below which the biases x, y, z count as found; 0: not asked for",
         )
+        .changeable()
         .number(
             "azimuth_threshold_arcmin",
             ARC_MINUTE,
@@ -67,6 +69,7 @@ pub fn thresholds() -> ParameterSet<ThresholdParameters> {
             |s| &mut s.azimuth_rad,
             "1 sigma below which the azimuth counts as found; 0: not asked for",
         )
+        .changeable()
         .number(
             "level_threshold_arcmin",
             ARC_MINUTE,
@@ -74,6 +77,7 @@ pub fn thresholds() -> ParameterSet<ThresholdParameters> {
             |s| &mut s.level_rad,
             "1 sigma below which the level counts as found; 0: not asked for",
         )
+        .changeable()
 }
 
 #[cfg(test)]

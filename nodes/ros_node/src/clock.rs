@@ -1,8 +1,8 @@
 //! The time of the node: the system's, or that of `/clock`, which the Spinner of ros2-client subscribes as another type
 //! (`docs/upstream/ros2-client-clock.md`).
 
-use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use ros2_interfaces::rosgraph_msgs;
 use tokio::sync::watch;
@@ -13,6 +13,32 @@ use crate::subscription::Subscription;
 #[derive(Clone, Debug)]
 pub struct Clock {
     source: Arc<watch::Sender<Source>>,
+    jumps: Arc<Mutex<Jumps>>,
+}
+
+/// Jumps back, told at most so often: two publishers of `/clock` make one with nearly every tick.
+const TELL_JUMPS: Duration = Duration::from_secs(10);
+
+/// What there is to tell of jumps back.
+#[derive(Debug, Default)]
+struct Jumps {
+    told: Option<Instant>,
+    /// Since then.
+    count: u64,
+}
+
+impl Jumps {
+    /// A jump at `now`; how many there were since the last line, where a line is due.
+    fn count(&mut self, now: Instant) -> Option<u64> {
+        self.count += 1;
+        let is_due = self
+            .told
+            .is_none_or(|told| now.saturating_duration_since(told) >= TELL_JUMPS);
+        is_due.then(|| {
+            self.told = Some(now);
+            std::mem::take(&mut self.count)
+        })
+    }
 }
 
 /// Where the time comes from.
@@ -37,6 +63,7 @@ impl Clock {
     pub(crate) fn new(use_sim_time: bool) -> Self {
         Self {
             source: Arc::new(watch::Sender::new(Source::new(use_sim_time))),
+            jumps: Arc::default(),
         }
     }
 
@@ -104,8 +131,18 @@ impl Clock {
             }
             Source::System => false,
         });
-        if now < before {
-            tracing::warn!("/clock went back by {:.3} s", (before - now) as f64 * 1e-9);
+        if now >= before {
+            return;
+        }
+        // A panic elsewhere leaves a count that is right.
+        let mut jumps = self.jumps.lock().unwrap_or_else(PoisonError::into_inner);
+        let back_s = (before - now) as f64 * 1e-9;
+        match jumps.count(Instant::now()) {
+            Some(1) => tracing::warn!("/clock went back by {back_s:.3} s"),
+            Some(times) => tracing::warn!(
+                "/clock went back {times} times, the last time by {back_s:.3} s: does more than one node publish it?"
+            ),
+            None => {}
         }
     }
 
@@ -177,6 +214,16 @@ mod tests {
             clock.tick(now);
         }
         assert_eq!(sleeper.await.unwrap(), 1500);
+    }
+
+    /// Two publishers that differ are a line in ten seconds, not one a tick.
+    #[test]
+    fn jumps_back_do_not_flood() {
+        let (mut jumps, begin) = (Jumps::default(), Instant::now());
+        let told: Vec<u64> = (0..1000)
+            .filter_map(|tick| jumps.count(begin + Duration::from_millis(20 * tick)))
+            .collect();
+        assert_eq!(told, [1, 500]);
     }
 
     /// Switching the source wakes sleepers, which then go by the new one.

@@ -153,6 +153,11 @@ impl Graph {
         all.collect()
     }
 
+    /// Tells that something has changed, from the moment of the call on.
+    pub(crate) fn changes(&self) -> watch::Receiver<u64> {
+        self.changed.subscribe()
+    }
+
     /// Waits until at least `count` remote endpoints are matched; `false` where the time ran out.
     pub(crate) async fn wait_for(&self, guid: GUID, count: usize, timeout: Duration) -> bool {
         let mut changed = self.changed.subscribe();

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 
+use crate::clock::system_nanos;
 use crate::diagnostics::{Level, Report};
+use crate::lifecycle::Gate;
+use crate::node::Node;
 
 /// Counters of one input of a node. What is refused is logged once for each kind of reason and counted after that.
 #[derive(Clone, Debug)]
@@ -16,6 +19,8 @@ pub struct InputWatch {
     last_arrival: Option<Instant>,
     received: u64,
     refused: BTreeMap<&'static str, u64>,
+    /// While the node was not active nothing could come: silence counts from its activation.
+    gate: Option<Gate>,
 }
 
 impl InputWatch {
@@ -30,7 +35,23 @@ impl InputWatch {
             last_arrival: None,
             received: 0,
             refused: BTreeMap::new(),
+            gate: None,
         }
+    }
+
+    /// The input of a node: by its name after remapping, and silent only while the node is active.
+    ///
+    /// # Errors
+    /// [`crate::Error::Name`].
+    pub fn of(mut self, node: &Node) -> crate::Result<Self> {
+        self.topic = node.resolve_topic(&self.topic)?;
+        self.gate = Some(node.gate().clone());
+        Ok(self)
+    }
+
+    /// Another silence that is no fault.
+    pub fn set_patience(&mut self, patience: Duration) {
+        self.patience = patience;
     }
 
     /// An input that may be absent: only one that came and then fell silent is a warning.
@@ -90,7 +111,13 @@ impl InputWatch {
     }
 
     fn silent_for(&self, now: Instant) -> Duration {
-        now.saturating_duration_since(self.last_arrival.unwrap_or(self.since))
+        let silent = now.saturating_duration_since(self.last_arrival.unwrap_or(self.since));
+        let active = self.gate.as_ref().map_or(0, Gate::opened_nanos);
+        if active == 0 {
+            return silent;
+        }
+        let since = u64::try_from(system_nanos().saturating_sub(active)).unwrap_or(0);
+        silent.min(Duration::from_nanos(since))
     }
 
     /// How the input is.
@@ -154,6 +181,19 @@ mod tests {
                 .with("received", 0)
                 .with("silent [s]", "10.0")
         );
+    }
+
+    /// A node that has just become active has not waited yet.
+    #[test]
+    fn silence_begins_with_activity() {
+        let mut watch = InputWatch::required("imu/data_raw", PATIENCE);
+        let later = watch.since + Duration::from_secs(100);
+        assert_eq!(watch.report_at(later).level(), Level::Error);
+        let gate = Gate::opened();
+        gate.set(false);
+        gate.set(true);
+        watch.gate = Some(gate);
+        assert_eq!(watch.report_at(later).level(), Level::Ok);
     }
 
     /// An optional input that never came is no fault.

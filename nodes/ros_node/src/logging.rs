@@ -1,12 +1,14 @@
 //! Log lines as ROS users know them, on standard error and on `/rosout`.
 //!
-//! Nodes use the macros of `tracing`; this gives them their form: `[INFO] [sec.nsec] [name]: text`.
+//! Nodes use the macros of `tracing`; this gives them their form: `[INFO] [2026-03-01T07:30:00.123456Z] [name]: text`. The
+//! stamp is a date in UTC, as people and other logs of a ship have it; on `/rosout` it is the message's own.
 
 use std::fmt::{self, Write as _};
 use std::io::Write as _;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use chrono::{DateTime, SecondsFormat};
 use ros2_interfaces::builtin_interfaces::Time;
 use ros2_interfaces::rcl_interfaces::Log;
 use tokio::sync::mpsc;
@@ -96,15 +98,16 @@ impl<S: Subscriber> Layer<S> for RosLayer {
 }
 
 fn emit(label: &str, level: u8, msg: String, (file, function, line): (&str, &str, u32)) {
-    let stamp = Time::from_nanos(system_nanos());
-    let Time { sec, nanosec } = stamp;
+    let now = system_nanos();
+    let stamp = Time::from_nanos(now);
     let logger = LOGGER.get();
     let name = logger.map_or("ros_node", |logger| logger.name.as_str());
     if logger.is_none_or(|logger| logger.console) {
         // Standard error that is gone leaves nowhere to tell it.
         writeln!(
             std::io::stderr().lock(),
-            "[{label}] [{sec}.{nanosec:09}] [{name}]: {msg}"
+            "[{label}] [{}] [{name}]: {msg}",
+            date(now)
         )
         .ok();
     }
@@ -125,6 +128,11 @@ fn emit(label: &str, level: u8, msg: String, (file, function, line): (&str, &str
     }
 }
 
+/// Date and time in UTC, to the microsecond.
+fn date(nanos: i64) -> String {
+    DateTime::from_timestamp_nanos(nanos).to_rfc3339_opts(SecondsFormat::Micros, true)
+}
+
 /// The message of an event, its other fields behind it.
 #[derive(Default)]
 struct Text(String);
@@ -136,5 +144,17 @@ impl Visit for Text {
         } else if !field.name().starts_with("log.") {
             write!(self.0, " {}={value:?}", field.name()).ok();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// A stamp is a date that a person reads.
+    #[test]
+    fn stamps_are_dates() {
+        assert_eq!(
+            super::date(1_760_000_000_123_456_789),
+            "2025-10-09T08:53:20.123456Z"
+        );
     }
 }

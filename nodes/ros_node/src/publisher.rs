@@ -1,8 +1,8 @@
 //! The sending end of a topic.
 
 use std::fmt;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use futures::FutureExt;
@@ -11,6 +11,7 @@ use rustdds::GUID;
 
 use crate::graph::Graph;
 use crate::lifecycle::Gate;
+use crate::qos::Qos;
 
 /// What became of a message.
 #[must_use = "who says that something was published must look whether it was; else `left_to_diagnostics` says who tells it"]
@@ -83,6 +84,9 @@ struct Shared<M: Message> {
     graph: Arc<Graph>,
     gate: Gate,
     transient_local: bool,
+    /// The newest message of a topic that keeps the present alone, until somebody is there to get it. RustDDS would keep up to
+    /// 8192 where nobody acknowledges them, and send them all to whoever comes (`docs/upstream/rustdds-latched-history.md`).
+    present: Option<Mutex<Option<M>>>,
     // Told once while the gate is closed.
     told_inactive: AtomicBool,
     statistics: Arc<PublisherStatistics>,
@@ -93,6 +97,30 @@ impl<M: Message> fmt::Debug for Shared<M> {
         f.debug_struct("Publisher")
             .field("topic", &self.statistics.topic)
             .finish_non_exhaustive()
+    }
+}
+
+impl<M: Message> Shared<M> {
+    // The message is taken or put in one step, so a panic elsewhere leaves it whole.
+    fn present(&self) -> Option<MutexGuard<'_, Option<M>>> {
+        let present = self.present.as_ref()?;
+        Some(present.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Keeps the message, and hands it back where somebody is there to hear it. In this order: whoever is matched between the two
+    /// steps is told by [`Publisher::deliver_present`].
+    fn hold_until_heard<'a>(
+        &self,
+        mut present: MutexGuard<'a, Option<M>>,
+        message: M,
+    ) -> (MutexGuard<'a, Option<M>>, Option<M>) {
+        *present = Some(message);
+        let heard = if self.graph.matched(self.guid) > 0 {
+            present.take()
+        } else {
+            None
+        };
+        (present, heard)
     }
 }
 
@@ -134,7 +162,7 @@ impl<M: Message> Publisher<M> {
         topic: &str,
         graph: Arc<Graph>,
         gate: Gate,
-        transient_local: bool,
+        qos: Qos,
     ) -> Self {
         let guid = writer.guid();
         graph.register(guid, topic, None);
@@ -148,7 +176,8 @@ impl<M: Message> Publisher<M> {
                 guid,
                 graph,
                 gate,
-                transient_local,
+                transient_local: qos.transient_local,
+                present: (qos.transient_local && qos.depth == 1).then(Mutex::default),
                 told_inactive: AtomicBool::new(false),
                 statistics,
             }),
@@ -160,15 +189,62 @@ impl<M: Message> Publisher<M> {
         if !self.is_active() {
             return Published::Inactive;
         }
+        let Some(present) = self.shared.present() else {
+            return self.write(message);
+        };
+        match self.shared.hold_until_heard(present, message) {
+            // The lock is held meanwhile: what is newer is written later.
+            (present, Some(message)) => {
+                let published = self.write(message);
+                drop(present);
+                published
+            }
+            (_, None) => Published::Kept,
+        }
+    }
+
+    fn write(&self, message: M) -> Published {
         // The first poll either puts the sample into the window or finds it full; nothing is left behind.
         let outcome = self.shared.writer.async_publish(message).now_or_never();
         self.account(outcome.map(|result| result.map_err(|error| error.to_string())))
+    }
+
+    /// What hands a message that was kept to the first who subscribes; to be run as long as the node lives. None for a topic that
+    /// does not keep the present alone.
+    pub(crate) fn deliver_present(&self) -> Option<impl Future<Output = ()> + Send + use<M>>
+    where
+        M: Send + Sync + 'static,
+    {
+        self.shared.present.as_ref()?;
+        let mut changes = self.shared.graph.changes();
+        // The task must not keep the publisher.
+        let shared = Arc::downgrade(&self.shared);
+        Some(async move {
+            while changes.changed().await.is_ok() {
+                let Some(shared) = Weak::upgrade(&shared) else {
+                    return;
+                };
+                let publisher = Self { shared };
+                let Some(mut present) = publisher.shared.present() else {
+                    return;
+                };
+                if present.is_some()
+                    && publisher.subscriber_count() > 0
+                    && let Some(message) = present.take()
+                {
+                    publisher.write(message).left_to_diagnostics();
+                }
+            }
+        })
     }
 
     /// Waits up to `timeout` for room in the window; the message may be refused all the same.
     pub async fn publish_within(&self, message: M, timeout: Duration) -> Published {
         if !self.is_active() {
             return Published::Inactive;
+        }
+        if self.shared.present.is_some() {
+            return self.publish(message);
         }
         let outcome =
             tokio::time::timeout(timeout, self.shared.writer.async_publish(message)).await;

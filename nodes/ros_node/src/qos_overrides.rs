@@ -20,6 +20,20 @@ impl End {
     }
 }
 
+/// Whether parameters may change the quality of service of an endpoint. Only those of endpoints that opted in are declared, as
+/// rclcpp has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Overrides {
+    Allowed,
+    None,
+}
+
+impl From<bool> for Overrides {
+    fn from(allowed: bool) -> Self {
+        if allowed { Self::Allowed } else { Self::None }
+    }
+}
+
 /// Declares the parameters of an endpoint, read-only, and gives the quality of service they amount to; `topic` is the
 /// absolute name after remapping.
 ///

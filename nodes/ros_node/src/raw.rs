@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::node::Node;
 use crate::publisher::Publisher;
 use crate::qos::Qos;
+use crate::qos_overrides::Overrides;
 use crate::subscription::Subscription;
 
 /// A message of any type as its little-endian CDR, without the four bytes of encapsulation in front.
@@ -112,7 +113,7 @@ impl Node {
         type_name: &str,
         qos: Qos,
     ) -> Result<Publisher<Payload>> {
-        self.publisher_of(topic, type_name, qos, self.gate())
+        self.publisher_of(topic, type_name, qos, self.gate(), Overrides::None)
     }
 
     /// A subscription of payloads of a type that is known by its name, `package/msg/Name`.
@@ -125,7 +126,7 @@ impl Node {
         type_name: &str,
         qos: Qos,
     ) -> Result<Subscription<Payload>> {
-        self.subscription_of(topic, type_name, qos, self.gate())
+        self.subscription_of(topic, type_name, qos, self.gate(), Overrides::None)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::future::Future;
+use std::io::{ErrorKind, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -82,17 +83,15 @@ where
         .iter()
         .any(|argument| argument == "--help" || argument == "-h")
     {
-        println!("{}", builder.usage());
-        return ExitCode::SUCCESS;
+        return print(&format!("{}\n", builder.usage()));
     }
     let is_asked = |option: &str| ros_args.others.iter().any(|argument| argument == option);
     if is_asked("--print-parameters") {
-        if is_asked("--markdown") {
-            print!("{}", builder.parameter_table());
+        return print(&if is_asked("--markdown") {
+            builder.parameter_table()
         } else {
-            print!("{}", builder.parameter_file());
-        }
-        return ExitCode::SUCCESS;
+            builder.parameter_file()
+        });
     }
     let workers = builder.workers();
     let startup = match builder.check(ros_args) {
@@ -127,6 +126,19 @@ where
     }
 }
 
+/// Prints a text for whoever asked for it. A reader that has seen enough (`| head`) is no fault.
+fn print(text: &str) -> ExitCode {
+    let mut stdout = std::io::stdout().lock();
+    let written = stdout.write_all(text.as_bytes());
+    match written.and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            eprintln!("standard output: {error}");
+            ExitCode::from(FAILED)
+        }
+        _ => ExitCode::SUCCESS,
+    }
+}
+
 async fn supervise<F, Fut, E>(startup: Startup, main: F) -> Result<(), Failure>
 where
     F: FnMut(Node) -> Fut,
@@ -136,10 +148,11 @@ where
     let managed = startup.managed;
     let environment = startup.environment.clone();
     let limits = startup.limits;
+    let signals = Signals::listen()?;
     let node = Node::start(startup).map_err(Failure::Start)?;
     end_on_panic(&node);
+    let signals = signals.of(node.shutdown_handle().clone());
     let watchdog = Watchdog::start(node.shutdown_handle().clone(), limits, FAILED);
-    let signals = Signals::listen(node.shutdown_handle().clone())?;
     let autostart = !managed || node.parameter(LIFECYCLE_AUTOSTART).unwrap_or(true);
     let mut supervisor = Supervisor::new(node.clone(), main, signals, limits, autostart);
     let outcome = supervisor.work().await;

@@ -48,7 +48,8 @@ pub(crate) struct Signals {
 }
 
 impl Signals {
-    pub(crate) fn listen(shutdown: Shutdown) -> Result<Self, Failure> {
+    /// From now on signals end a node, and no longer the process: to be called before anything is started.
+    pub(crate) fn listen() -> Result<Self, Failure> {
         let listen = |kind: SignalKind| {
             signal(kind).map_err(|source| {
                 let what = "listening to signals";
@@ -58,9 +59,15 @@ impl Signals {
         Ok(Self {
             interrupt: listen(SignalKind::interrupt())?,
             terminate: listen(SignalKind::terminate())?,
-            shutdown,
+            shutdown: Shutdown::default(),
             received: 0,
         })
+    }
+
+    /// The node that they end, and that may end by itself.
+    pub(crate) fn of(mut self, shutdown: Shutdown) -> Self {
+        self.shutdown = shutdown;
+        self
     }
 
     /// Completes once the node is to end. Cancelling the future loses nothing.

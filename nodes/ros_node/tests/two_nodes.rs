@@ -113,7 +113,10 @@ async fn inner_latched() {
     let latched = sender
         .publisher::<KeyValue>("calibration", Qos::latched(1))
         .unwrap();
-    assert_eq!(latched.publish(key_value("k", 7)), Published::Kept);
+    // What was before is the past, which nobody is told of.
+    for value in 0..=7 {
+        assert_eq!(latched.publish(key_value("k", value)), Published::Kept);
+    }
     let volatile = sender
         .publisher::<KeyValue>("nobody/listens", Qos::reliable(1))
         .unwrap();
@@ -133,6 +136,11 @@ async fn inner_latched() {
         .await
         .unwrap();
     assert_eq!(message.value, "7");
+    assert_eq!(latched.publish(key_value("k", 8)), Published::Sent);
+    let message = tokio::time::timeout(LONG, subscription.recv())
+        .await
+        .unwrap();
+    assert_eq!(message.value, "8");
     assert!(clock.wait_for_subscribers(1, LONG).await);
     assert_eq!(receiver.now_nanos(), 0);
     let published = clock.publish(Clock {

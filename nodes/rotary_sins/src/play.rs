@@ -85,6 +85,9 @@ pub struct Options {
     /// Only these topics
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     topics: Vec<String>,
+    /// With --topics: these too, where the bag has them
+    #[arg(long, value_name = "TOPIC", num_args = 1.., requires = "topics")]
+    optional_topics: Vec<String>,
     /// Multiple of real time; 0 or max: as fast as the subscribers take it
     #[arg(long, short, default_value = "1", value_name = "TIMES")]
     rate: Rate,
@@ -220,6 +223,12 @@ fn selection(bag: &Bag, options: &Options) -> anyhow::Result<Selection> {
             )
         })?);
     }
+    topics.extend(
+        options
+            .optional_topics
+            .iter()
+            .filter_map(|name| bag.topic(name)),
+    );
     if topics.is_empty() {
         topics = (0..bag.topics().len()).collect();
     }

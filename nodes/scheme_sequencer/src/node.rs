@@ -122,9 +122,11 @@ impl Shared {
         machine.waking = None;
     }
 
-    /// Starts, where the parameters say so.
+    /// Starts, where the parameters say so. Else it says what it waits for: nothing moves because a process came up.
     fn start(&self, machine: &mut Machine) {
         if !machine.starts {
+            tracing::info!("the scheme waits for a call of {}", services::START.name);
+            self.tell_or_log(machine, None);
             return;
         }
         if let Err(refused) = machine.sequencer.start() {
@@ -365,7 +367,7 @@ pub async fn main(node: Node) -> Result<()> {
     let shared = Shared {
         machine: Arc::new(Mutex::new(Machine {
             sequencer: Sequencer::new(program.clone(), settings)?,
-            watch: InputWatch::required(JOINT_STATES.name, PATIENCE),
+            watch: InputWatch::required(JOINT_STATES.name, PATIENCE).of(&node)?,
             published: None,
             goal: GoalWatch::default(),
             waking: None,

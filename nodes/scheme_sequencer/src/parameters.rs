@@ -41,7 +41,7 @@ impl Default for Settings {
                 ..SequencerSettings::default()
             },
             uses_action: false,
-            autostart: true,
+            autostart: false,
             checkpoint: CheckpointParameters::default(),
         }
     }
@@ -117,7 +117,7 @@ pub fn declared() -> ParameterSet<Settings> {
         .switch(
             "autostart",
             |s| &mut s.autostart,
-            "Start with the first joint state, instead of by ~/start",
+            "Start with the first joint state, without a call of ~/start: for simulated tables",
         )
         .include(checkpoint(), |s| &mut s.checkpoint)
 }
@@ -283,6 +283,8 @@ mod tests {
         let scheme = Scheme::builtin("eight-position").unwrap();
         let own = scheme.program(scheme.default_table()).unwrap();
         assert_eq!(read.program().unwrap(), own);
+        // A table moves because somebody asked for it, never because a process came up.
+        assert!(!read.autostart);
         let machine = SequencerSettings {
             restart_when_time_runs_back: false,
             ..read.sequencer

@@ -14,13 +14,13 @@ use sins::machines::self_calibration::Thresholds;
 
 use crate::calibrator::{Calibrator, Output};
 
-/// Name of the action, for log lines.
-const ACTION: &str = SELF_CALIBRATE.name;
 /// Times the patience with the samples after which a goal is given up: a driver may be started anew meanwhile.
 const SILENCES: u32 = 10;
 
 /// The server and its goal; there is never more than one.
 pub struct SelfCalibrate {
+    /// Name of the action after remapping, for log lines.
+    action: String,
     server: ActionServer<Goal, Outcome, Feedback>,
     under_way: Option<UnderWay>,
 }
@@ -42,6 +42,7 @@ impl SelfCalibrate {
     /// What the middleware refuses.
     pub fn new(node: &Node) -> ros_node::Result<Self> {
         Ok(Self {
+            action: node.resolve_service(SELF_CALIBRATE.name)?,
             // A default would say that it has converged.
             server: node.serve_action(
                 &SELF_CALIBRATE,
@@ -59,17 +60,17 @@ impl SelfCalibrate {
     pub fn take_requests(&mut self, calibrator: &mut Calibrator) {
         while let Some(request) = self.server.try_recv() {
             if self.under_way.is_some() {
-                tracing::warn!("{ACTION}: goal rejected: one is under way");
+                tracing::warn!("{}: goal rejected: one is under way", self.action);
                 request.reject();
                 continue;
             }
             if let Some(why) = nonsense(&request.goal) {
-                tracing::warn!("{ACTION}: goal rejected: {why}");
+                tracing::warn!("{}: goal rejected: {why}", self.action);
                 request.reject();
                 continue;
             }
             let (goal, handle) = request.accept();
-            tracing::info!("{ACTION}: goal accepted");
+            tracing::info!("{}: goal accepted", self.action);
             if goal.restart {
                 calibrator.restart("a goal asks for it");
             }
@@ -96,6 +97,11 @@ impl SelfCalibrate {
         } else if let Some(why) = silence(under_way, calibrator.samples()) {
             self.end(calibrator, Outcome::NO_SAMPLES, why);
         }
+    }
+
+    /// Whether a goal asks for sigmas of its own.
+    pub fn is_under_way(&self) -> bool {
+        self.under_way.is_some()
     }
 
     /// Takes what a sample has given.
@@ -133,7 +139,7 @@ impl SelfCalibrate {
         let Some(UnderWay { handle, .. }) = self.under_way.take() else {
             return;
         };
-        tracing::info!("{ACTION}: {message}");
+        tracing::info!("{}: {message}", self.action);
         let mut calibration: Calibration = calibrator.last_good().unwrap_or_default();
         calibration.converged &= code == Outcome::CONVERGED;
         calibrator.ask_for(None);
@@ -165,20 +171,17 @@ fn nonsense(goal: &Goal) -> Option<String> {
     if let Some((name, value)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
         return Some(format!("{name} is {value}, expected a finite number"));
     }
-    (goal.time_limit < 0.0)
-        .then(|| format!("time_limit is {} s, expected 0 or more", goal.time_limit))
+    let negative = numbers.iter().find(|(_, value)| *value < 0.0);
+    negative.map(|(name, value)| format!("{name} is {value}, expected 0 or more"))
 }
 
 /// The goal's thresholds, and the node's where the goal has none.
 fn thresholds(goal: &Goal, own: Thresholds) -> Thresholds {
-    // Of a goal a negative one asks nothing; of the parameters it would be an error.
-    let [level, azimuth, bias, drift] = [
-        goal.level_threshold,
-        goal.azimuth_threshold,
+    let (level, azimuth) = (goal.level_threshold, goal.azimuth_threshold);
+    let (bias, drift) = (
         goal.accelerometer_bias_threshold,
         goal.gyroscope_drift_threshold,
-    ]
-    .map(|threshold| threshold.max(0.0));
+    );
     let asked = Thresholds::new([level, level, azimuth], [bias; 3], [drift; 3]);
     own.replaced_by(&asked)
 }
@@ -246,7 +249,6 @@ mod tests {
         let goal = Goal {
             level_threshold: 2e-5,
             gyroscope_drift_threshold: 5e-8,
-            accelerometer_bias_threshold: -1.0,
             ..Goal::default()
         };
         let expected = Thresholds::new([2e-5, 2e-5, 3e-4], [1e-4; 3], [5e-8; 3]);
@@ -270,6 +272,14 @@ mod tests {
             time_limit: -1.0,
             ..Goal::default()
         };
-        assert!(nonsense(&goal).unwrap().starts_with("time_limit is -1 s"));
+        assert!(nonsense(&goal).unwrap().starts_with("time_limit is -1,"));
+        let goal = Goal {
+            accelerometer_bias_threshold: -1e-9,
+            ..Goal::default()
+        };
+        assert_eq!(
+            nonsense(&goal).unwrap(),
+            "accelerometer_bias_threshold is -0.000000001, expected 0 or more"
+        );
     }
 }

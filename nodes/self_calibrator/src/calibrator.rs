@@ -8,7 +8,7 @@ mod reports;
 use std::time::Duration;
 
 use imu_input::{Publishers, is_frame};
-use ros_node::{InputWatch, StreamMonitor};
+use ros_node::{InputWatch, Node, StreamMonitor};
 use ros2_interfaces::sensor_msgs::Imu;
 use ros2_interfaces::std_srvs::TriggerResponse;
 use rotary_sins_msgs::convert::{FromMessage, stamp_from_time};
@@ -108,9 +108,46 @@ impl Calibrator {
         })
     }
 
+    /// The inputs are those of a node: by their names after remapping, and silent only while it is active.
+    ///
+    /// # Errors
+    /// A name that is none.
+    pub fn listen_as(&mut self, node: &Node) -> ros_node::Result<()> {
+        let Inputs {
+            imu,
+            joints,
+            fix,
+            velocity,
+        } = &mut self.inputs;
+        for input in [imu, joints, fix, velocity] {
+            *input = input.clone().of(node)?;
+        }
+        Ok(())
+    }
+
+    /// What may change while the node runs: the sigmas that its parameters ask for, and the silence that is no fault. A goal that
+    /// is under way keeps its own sigmas.
+    pub fn change(&mut self, thresholds: Thresholds, silence: Duration, goal_is_under_way: bool) {
+        for input in [
+            &mut self.inputs.imu,
+            &mut self.inputs.joints,
+            &mut self.inputs.fix,
+            &mut self.inputs.velocity,
+        ] {
+            input.set_patience(silence);
+        }
+        if thresholds != self.own_thresholds {
+            tracing::info!("the thresholds were changed");
+            self.own_thresholds = thresholds;
+            if !goal_is_under_way {
+                self.ask_for(None);
+            }
+        }
+    }
+
     /// The nodes that publish on the topic of the samples.
     pub fn publishers(&mut self, names: Vec<String>) {
-        self.publishers.take(topics::IMU_DATA_RAW.name, names);
+        self.publishers.take(self.inputs.imu.topic(), names);
     }
 
     /// A sample. Says what it gives to publish: mostly nothing, once a second an estimate.
@@ -308,7 +345,7 @@ impl Calibrator {
             estimate: self
                 .latest
                 .as_ref()
-                .map(|estimate| translation::estimate(estimate, &self.frame_id)),
+                .map(|estimate| self.told_noise(self.told_estimate(estimate))),
             calibration,
         }
     }
@@ -332,9 +369,22 @@ impl Calibrator {
             &self.frame_id,
         );
         Some(Output {
-            estimate: Some(estimate),
+            estimate: Some(self.told_noise(estimate)),
             calibration: None,
         })
+    }
+
+    fn told_estimate(&self, estimate: &Estimate) -> SelfCalibrationEstimate {
+        let thresholds = &self.machine.settings().thresholds;
+        translation::estimate(estimate, thresholds, &self.frame_id)
+    }
+
+    /// Whoever reads an estimate reads that its sigmas stand on noise that nobody told.
+    fn told_noise(&self, mut estimate: SelfCalibrationEstimate) -> SelfCalibrationEstimate {
+        if self.noise_is_assumed == Some(true) {
+            estimate.message.push_str(events::NOISE_IN_AN_ESTIMATE);
+        }
+        estimate
     }
 
     fn calibration(&self, why: &str) -> Option<Calibration> {

@@ -76,13 +76,15 @@ impl Publishers {
 pub async fn main(node: Node) -> anyhow::Result<()> {
     let given = parameters::settings(node.parameters())?;
     let settings = given.machine()?;
-    let calibrator = Calibrator::new(&settings, &node.fully_qualified_name(), given.silence())?;
+    let mut calibrator = Calibrator::new(&settings, &node.fully_qualified_name(), given.silence())?;
+    calibrator.listen_as(&node)?;
     let shared = Shared(Arc::new(Mutex::new(calibrator)));
     let publishers = Publishers {
         estimate: node.publish_on(&topics::ESTIMATE)?,
         calibration: node.publish_on(&topics::CALIBRATION)?,
     };
-    let mut fixes = node.subscribe_on(&topics::FIX.with_depth(10))?;
+    // Positions are measurements as samples are: none may be lost where time runs fast.
+    let mut fixes = node.subscribe_on(&topics::FIX)?;
     let depth = given.queue_depth();
     let mut joints = node.subscribe_on(&topics::JOINT_STATES.with_depth(depth))?;
     let mut scheme = node.subscribe_on(&topics::SCHEME_STATUS.with_depth(10))?;
@@ -98,6 +100,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let mut keeper = keep(&given.checkpoint, &shared).await;
     let mut action = SelfCalibrate::new(&node)?;
     let mut endings = node.endings(ENDING);
+    let mut changes = node.parameters().changes();
     node.set_ready();
     let mut ticks = tokio::time::interval(TICK);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -120,6 +123,13 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                     keeper.keep_last(kept).await;
                 }
                 return Ok(());
+            }
+            changed = changes.changed() => {
+                if changed.is_ok() {
+                    let given = parameters::settings(node.parameters())?;
+                    let goal = action.is_under_way();
+                    shared.lock().change(given.thresholds(), given.silence(), goal);
+                }
             }
             fix = fixes.recv() => shared.lock().fix(&fix),
             velocity = next(&mut velocities) => shared.lock().velocity(&velocity),

@@ -7,7 +7,7 @@ use node_parameters::{
     filter, input, thresholds,
 };
 use ros_node::{ParameterSet, Parameters, Unit};
-use sins::machines::self_calibration::Settings;
+use sins::machines::self_calibration::{Settings, Thresholds};
 
 /// Everything the node is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,10 +66,15 @@ impl NodeSettings {
     /// One line naming the parameter that makes no sense together with the others.
     pub fn machine(&self) -> anyhow::Result<Settings> {
         Ok(Settings {
-            thresholds: self.thresholds.into(),
+            thresholds: self.thresholds(),
             joint_patience_s: self.joint_patience_s,
             ..self.filter.clone().settings()?
         })
+    }
+
+    /// What the parameters ask for.
+    pub fn thresholds(&self) -> Thresholds {
+        self.thresholds.into()
     }
 
     /// An input that is silent for longer is a fault.

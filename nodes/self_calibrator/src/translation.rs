@@ -11,7 +11,9 @@ use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::estimation::groups::navigation::MISALIGNMENT;
 use sins::estimation::groups::scale::{ACCELEROMETER_SCALE_FACTOR, GYROSCOPE_SCALE_FACTOR};
 use sins::estimation::state::StateList;
-use sins::machines::self_calibration::{Estimate, NOT_KNOWN, Phase, SampleReport, named_errors};
+use sins::machines::self_calibration::{
+    Estimate, NOT_KNOWN, Phase, SampleReport, Thresholds, named_errors,
+};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// Number of a phase in messages.
@@ -27,7 +29,11 @@ pub const fn phase_number(phase: Phase) -> u8 {
 }
 
 /// The message of an estimate. Heading, pitch and roll are those of the block with both joints turned back to zero.
-pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate {
+pub fn estimate(
+    estimate: &Estimate,
+    thresholds: &Thresholds,
+    frame_id: &str,
+) -> SelfCalibrationEstimate {
     let covariance = estimate.covariance();
     let vehicle_sigma = estimate.vehicle_sigma();
     SelfCalibrationEstimate {
@@ -39,6 +45,12 @@ pub fn estimate(estimate: &Estimate, frame_id: &str) -> SelfCalibrationEstimate 
         covariance: covariance.row_major(),
         std: covariance.sigmas(),
         prior_std: prior(estimate),
+        threshold: estimate
+            .states
+            .states()
+            .iter()
+            .map(|name| thresholds.of(name).unwrap_or(0.0))
+            .collect(),
         gyroscope_drift: estimate.gyroscope_drift().into(),
         gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
         accelerometer_bias: estimate.accelerometer_bias().into(),

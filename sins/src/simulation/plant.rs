@@ -14,7 +14,7 @@ use super::truth::{Averages, TruthSample};
 use super::{Cadence, MotionSettings, Ship, ShipMotion, ShipState, Table, TableSettings};
 use crate::error::Error;
 use crate::range;
-use crate::table::{JointSample, JointState, TableErrors, Trajectory, Turntable};
+use crate::table::{JointSample, JointState, TableErrors, Trajectory, Turntable, Waypoints};
 use crate::time::{Stamp, seconds_to_nanos};
 
 /// Nodes and weights of the Gauss-Legendre rule of five nodes on −1..1.
@@ -234,6 +234,14 @@ impl Plant {
         trajectory: &Trajectory,
     ) -> Result<Stamp, Error> {
         self.table.command(self.now, start, trajectory)
+    }
+
+    /// As [`Self::command`], for a motion whose points may have no rates.
+    ///
+    /// # Errors
+    /// As [`Table::command`].
+    pub fn follow(&mut self, start: Option<Stamp>, motion: &Waypoints) -> Result<Stamp, Error> {
+        self.table.follow(self.now, start, motion)
     }
 
     /// Lets one sampling interval pass.

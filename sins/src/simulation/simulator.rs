@@ -7,7 +7,7 @@ use super::{
 use crate::error::Error;
 use crate::sensor::SensorErrors;
 use crate::sensor::sample::ImuSample;
-use crate::table::{JointSample, Trajectory};
+use crate::table::{JointSample, Trajectory, Waypoints};
 use crate::time::Stamp;
 use serde::{Deserialize, Serialize};
 
@@ -143,6 +143,14 @@ impl Simulator {
         trajectory: &Trajectory,
     ) -> Result<Stamp, Error> {
         self.plant.command(start, trajectory)
+    }
+
+    /// As [`Self::command`], for a motion whose points may have no rates.
+    ///
+    /// # Errors
+    /// As [`super::table::Table::command`].
+    pub fn follow(&mut self, start: Option<Stamp>, motion: &Waypoints) -> Result<Stamp, Error> {
+        self.plant.follow(start, motion)
     }
 
     /// Lets one sampling interval pass.

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::range;
-use crate::table::{Cubic, JOINT_NAMES, JointState, Trajectory, TrajectoryPoint};
+use crate::table::{Cubic, JOINT_NAMES, JointState, Trajectory, TrajectoryPoint, Waypoints};
 use crate::time::Stamp;
 use serde::{Deserialize, Serialize};
 
@@ -165,6 +165,23 @@ impl Table {
             self.pending = Some(motion);
         }
         Ok(start)
+    }
+
+    /// As [`Self::command`], for a motion whose points may have no rates: from where the joints are when it starts.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub fn follow(
+        &mut self,
+        now: Stamp,
+        start: Option<Stamp>,
+        motion: &Waypoints,
+    ) -> Result<Stamp, Error> {
+        if motion.points.is_empty() {
+            return self.command(now, start, &Trajectory::default());
+        }
+        let from = state_of(&self.active, start.unwrap_or(now).max(now));
+        self.command(now, start, &motion.trajectory(from)?)
     }
 
     /// Angles and rates at `at`, which is not before the start of the motion before the active one.

@@ -16,10 +16,12 @@ mod properties;
 pub mod scheme;
 mod tolerance;
 mod trajectory;
+mod waypoints;
 
 pub use errors::{AttitudeDerivatives, TableErrors};
 pub use tolerance::{JointTolerance, violation};
 pub use trajectory::{Cubic, JointState, Trajectory, TrajectoryPoint};
+pub use waypoints::{Waypoint, Waypoints};
 
 /// Names of the joints in every message, outer first.
 pub const JOINT_NAMES: [&str; 2] = ["outer_joint", "inner_joint"];

@@ -61,7 +61,7 @@ fn sentences_and_frames() {
         assert!(void["INTHS"].iter().all(|l| l == "INTHS,,V"), "{void:?}");
         assert!(void["INGGA"][0].contains(",,,,0,"), "{void:?}");
 
-        scene.start(&Program::new("scheme_sequencer").parameter("use_sim_time", "true"));
+        scene.start(&Program::sequencer().parameter("use_sim_time", "true"));
         scene.start(
             &Program::new("imu_simulator")
                 .parameter("imu_rate_hz", "20.0")

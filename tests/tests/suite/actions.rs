@@ -60,6 +60,7 @@ fn rclpy_moves_the_simulated_table(python: &Path) {
         "all_of_them",
         "unknown",
         "twice",
+        "positions",
     ]
     .iter()
     .fold(Peer::new(python, "follow.py"), Peer::arg)
@@ -84,6 +85,12 @@ fn rclpy_moves_the_simulated_table(python: &Path) {
     assert_eq!(numbers(&middle["actual"]["positions"]), desired);
     assert_eq!(numbers(&middle["error"]["positions"]), [0.0, 0.0]);
     assert_eq!(middle["joint_names"], json!(["outer_joint", "inner_joint"]));
+
+    let positions = &ends["positions"];
+    assert_end(positions, SUCCEEDED, Outcome::SUCCESSFUL, "");
+    for (at, target) in numbers(&positions["position"]).iter().zip([0.1, 0.2]) {
+        assert!((at - target).abs() < 1e-9, "{positions}");
+    }
 
     let invalid = &ends["invalid"];
     assert_end(
@@ -183,7 +190,6 @@ fn the_sequencer_moves_a_table_in_rclpy(python: &Path) {
     scene.start(
         &Program::new("scheme_sequencer")
             .parameter("table_interface", "action")
-            .parameter("autostart", "false")
             .parameter("dwell_s", "0.5")
             .parameter("rate_deg_per_s", "90.0")
             .parameter("acceleration_deg_per_s2", "180.0")
@@ -232,7 +238,7 @@ fn the_sequencer_moves_a_table_in_rclpy(python: &Path) {
 fn sequencer_and_simulator_by_action() {
     isolated(|| {
         let name = "/joint_trajectory_controller/follow_joint_trajectory";
-        let sequencer = Program::new("scheme_sequencer")
+        let sequencer = Program::sequencer()
             .parameter("table_interface", "action")
             .parameter("dwell_s", "20.0")
             .remap("turntable/follow_joint_trajectory", name);
@@ -275,7 +281,7 @@ fn rclpy_asks_for_a_calibration(python: &Path) {
             .parameter("silence_s", "0.5")
             .parameter("innovation_window_updates", "20"),
     );
-    scene.start(&Program::new("scheme_sequencer").parameter("dwell_s", "20.0"));
+    scene.start(&Program::sequencer().parameter("dwell_s", "20.0"));
     let samples = Program::new("imu_simulator")
         .parameter("imu_rate_hz", "20.0")
         .parameter("speed", "40.0");
@@ -296,12 +302,13 @@ fn rclpy_asks_for_a_calibration(python: &Path) {
     assert_eq!(silent["result"]["code"], 5);
     assert_eq!(
         text(&silent["result"], "message"),
-        "no imu/data_raw for 5 s"
+        "no /imu/data_raw for 5 s"
     );
     assert_eq!(silent["result"]["calibration"]["valid"], true);
 
     assert_eq!(found["nonsense"], false);
     assert_eq!(found["not a number"], false);
+    assert_eq!(found["negative"], false);
     assert_eq!(found["second"], false, "a goal beside another");
 
     let limit = &found["time limit"];

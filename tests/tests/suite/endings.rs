@@ -12,7 +12,7 @@ fn interrupted_in_a_turn(interface: &str) {
     let mut table =
         scene.start_apart(&Program::new("imu_simulator").parameter("imu_rate_hz", "50.0"));
     let mut sequencer = scene.start_apart(
-        &Program::new("scheme_sequencer")
+        &Program::sequencer()
             .parameter("table_interface", interface)
             .parameter("dwell_s", "0.5")
             .parameter("command_lead_s", "0.0"),

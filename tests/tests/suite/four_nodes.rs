@@ -26,12 +26,15 @@ fn started_in_reverse_order_the_scheme_runs() {
             .hear::<SelfCalibrationEstimate>("/self_calibration/estimate", Qos::latched(10));
         let truth = listener.hear::<Calibration>("/ground_truth/calibration", Qos::latched(1));
         let diagnostics = listener.hear::<DiagnosticArray>("/diagnostics", Qos::reliable(100));
-        for node in [
-            "navigation_compensator",
-            "self_calibrator",
-            "scheme_sequencer",
+        for (node, program) in [
+            (
+                "navigation_compensator",
+                Program::new("navigation_compensator"),
+            ),
+            ("self_calibrator", Program::new("self_calibrator")),
+            ("scheme_sequencer", Program::sequencer()),
         ] {
-            scene.start(&Program::new(node));
+            scene.start(&program);
             diagnostics.wait_for(node, |array| {
                 array.status.iter().any(|status| status.name.contains(node))
             });
@@ -66,7 +69,7 @@ fn started_in_reverse_order_the_scheme_runs() {
 fn simulator_started_again_is_found() {
     isolated(|| {
         let mut scene = Scene::new("simulator_again");
-        scene.start(&Program::new("scheme_sequencer"));
+        scene.start(&Program::sequencer());
         let mut calibrator = scene.start_apart(&Program::new("self_calibrator"));
         let mut first = scene.start_apart(&simulator());
         calibrator.wait_for_line("-> fine_alignment");

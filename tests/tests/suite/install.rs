@@ -78,8 +78,25 @@ fn ros_2_finds_the_packages() {
     };
     let prefix = scratch("install");
     install(&prefix);
-    // Twice: what is there already is replaced.
-    install(&prefix);
+    // Twice: what is there already is replaced, whatever the mask of whoever installs; and it says what is not in it.
+    let output = Command::new("sh")
+        .args(["-c", "umask 000 && exec \"$0\" \"$1\""])
+        .arg(repository().join("launch-scripts/install.sh"))
+        .arg(&prefix)
+        .env("CARGO_TARGET_DIR", target_directory())
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success() && told.contains("rotary_sins_msgs"),
+        "{told}"
+    );
+    let writable = Command::new("find")
+        .arg(&prefix)
+        .args(["-type", "f", "-perm", "/022"])
+        .output()
+        .unwrap();
+    assert_eq!(String::from_utf8_lossy(&writable.stdout), "");
     let prefix = fs::canonicalize(&prefix).unwrap();
     let script = scratch("install-script").join("ask.py");
     fs::write(&script, ASK).unwrap();

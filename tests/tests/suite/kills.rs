@@ -21,7 +21,7 @@ fn calibrator(kept: &Path) -> Program {
 }
 
 fn sequencer(kept: &Path) -> Program {
-    Program::new("scheme_sequencer")
+    Program::sequencer()
         .parameter("dwell_s", "400.0")
         .parameter("checkpoint_file", kept.to_str().unwrap())
 }

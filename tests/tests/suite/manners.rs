@@ -1,5 +1,6 @@
 //! The manners of a ROS 2 node, judged by rclpy: lifecycle, type descriptions, quality of service, time.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
@@ -16,6 +17,7 @@ each_distribution!(
     a_node_that_cannot_be_configured_stays_unconfigured,
     type_descriptions_are_those_of_rclpy,
     quality_of_service_by_parameter,
+    a_dump_of_parameters_is_taken_again,
     incompatible_quality_of_service_is_told,
     the_time_can_be_changed_while_a_node_runs,
     nodes_leave_the_graph_at_once,
@@ -194,6 +196,50 @@ fn quality_of_service_by_parameter(python: &Path) {
     );
     assert_eq!((&told["before"], &told["after"]), (&json!(7), &json!(7)));
     assert_eq!(told["set"]["successful"], false);
+}
+
+/// What `ros2 param dump` writes is taken by `--params-file`, whether the node lives in simulated time or not; what may be set
+/// while it runs has been set; and only streams have overrides.
+fn a_dump_of_parameters_is_taken_again(python: &Path) {
+    let mut scene = Scene::new("dump");
+    let files = ["first.yaml", "second.yaml"].map(|name| scene.folder().join(name));
+    let dump = |file: &Path, change: &[&str]| {
+        let peer = Peer::new(python, "dump.py")
+            .arg("/self_calibrator")
+            .arg(file);
+        change.iter().fold(peer, Peer::arg).ask()
+    };
+    let mut node =
+        scene.start_apart(&Program::new("self_calibrator").parameter("use_sim_time", "true"));
+    let first = dump(&files[0], &["azimuth_threshold_arcmin", "2.5"]);
+    assert_eq!(first["set"]["successful"], true, "{first}");
+    node.wait_for_line("the thresholds were changed");
+    node.interrupt();
+
+    let again = Program::new("self_calibrator").parameters_of(&files[0]);
+    let mut node = scene.start_apart(&again.clone().parameter("use_sim_time", "false"));
+    let second = dump(&files[1], &["azimuth_threshold_arcmin", "-1.0"]);
+    assert_eq!(second["set"]["successful"], false, "{second}");
+    node.interrupt();
+    assert!(!node.log().contains("unknown parameter"), "{}", node.log());
+    assert_eq!(first["names"], second["names"]);
+    let [one, other] = files.map(|file| std::fs::read_to_string(file).unwrap());
+    assert!(one.contains("azimuth_threshold_arcmin: 2.5"), "{one}");
+    assert_eq!(
+        one.replace("use_sim_time: true", "use_sim_time: false"),
+        other
+    );
+
+    let of_topics: BTreeSet<&str> = first["names"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|name| name.as_str()?.strip_prefix("qos_overrides."))
+        .filter_map(|rest| rest.split('.').next())
+        .collect();
+    let streams = ["/clock", "/fix", "/imu/data_raw", "/turntable/joint_states"];
+    assert_eq!(of_topics, BTreeSet::from(streams));
+    scene.end();
 }
 
 /// A policy that makes no sense, and one for a topic that the node does not have, are told in one line each.

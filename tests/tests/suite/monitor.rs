@@ -18,7 +18,7 @@ fn silence_is_told() {
 fn a_running_calibration_is_shown() {
     isolated(|| {
         let mut scene = Scene::new("monitor");
-        scene.start(&Program::new("scheme_sequencer"));
+        scene.start(&Program::sequencer());
         let mut calibrator = scene.start_apart(&Program::new("self_calibrator"));
         scene.start(
             &Program::new("imu_simulator")
@@ -39,6 +39,7 @@ fn a_running_calibration_is_shown() {
             "gyro drift x",
             "acc bias z",
             "heading",
+            "learned %: gyro",
             "NIS",
             "Hz",
         ] {

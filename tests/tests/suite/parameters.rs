@@ -37,8 +37,8 @@ and the options of `rotary-sins simulate`, `align`, `calibrate`, `navigate` and 
 
 A value is given by `--ros-args -p KEY:=VALUE` or `--params-file FILE`. An unknown key, a wrong type or a value out
 of range is one line that names the key and what was expected, and exit status 2. Parameters are read when a node is
-configured; only those that say so may be set later. Beside these, every topic has `qos_overrides`, see [in a ROS 2
-stack](in-a-ros2-stack.md).
+configured; only those that say so may be set later. Beside these, every stream has `qos_overrides`, see [in a ROS
+2 stack](in-a-ros2-stack.md).
 ";
 
 fn printed(node: &str, options: &[&str]) -> String {

@@ -29,13 +29,10 @@ fn simulator() -> Program {
 /// The four nodes, at twice real time.
 fn four_nodes(test: &str) -> Scene {
     let mut scene = Scene::new(test);
-    for node in [
-        "navigation_compensator",
-        "self_calibrator",
-        "scheme_sequencer",
-    ] {
+    for node in ["navigation_compensator", "self_calibrator"] {
         scene.start(&Program::new(node));
     }
+    scene.start(&Program::sequencer());
     scene.start(&simulator());
     scene
 }

@@ -12,10 +12,10 @@ pub(crate) mod departures;
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ros2_client::Gid;
-use rustdds::{DomainParticipant, RTPSEntity};
+use rustdds::{DomainParticipant, DomainParticipantStatusEvent, RTPSEntity, StatusEvented as _};
 use socket2::{Domain, Protocol, Socket, Type};
 
 use crate::environment::Environment;
@@ -80,6 +80,36 @@ impl Identity {
 
     fn user_port(self) -> u16 {
         self.metatraffic_port(self.participant_id) + 1
+    }
+}
+
+/// A participant that has not been met within this of the one before is not waited for.
+const MEETING_PAUSE: Duration = Duration::from_millis(400);
+/// Nor is anybody after this.
+const LONGEST_MEETING: Duration = Duration::from_secs(2);
+/// Between two looks at who has come.
+const MEETING_LOOK: Duration = Duration::from_millis(10);
+
+/// Waits until the participants that are there have been met, before anything is made that they are told of. RustDDS writes what
+/// it tells without a source timestamp; where such a sample is lost and sent again, because its reader was not there yet, Fast
+/// DDS may acknowledge it and never hand it on, and the node is not seen for good (`docs/upstream/rustdds-sedp-order.md`).
+/// A participant answers at once to one that is new to it, so that a pause says that all have answered.
+///
+/// To be called before anybody else listens to the participant's events.
+pub(crate) fn meet(participant: &DomainParticipant) {
+    let events = participant.status_listener();
+    let own = participant.guid().prefix;
+    let begin = Instant::now();
+    let mut met = begin;
+    while met.elapsed() < MEETING_PAUSE && begin.elapsed() < LONGEST_MEETING {
+        while let Some(event) = events.try_recv_status() {
+            if let DomainParticipantStatusEvent::ParticipantDiscovered { dpd } = event
+                && dpd.guid.prefix != own
+            {
+                met = Instant::now();
+            }
+        }
+        std::thread::sleep(MEETING_LOOK);
     }
 }
 

@@ -97,7 +97,7 @@ impl Gate {
         }
     }
 
-    fn set(&self, open: bool) {
+    pub(crate) fn set(&self, open: bool) {
         if open && !self.is_open() {
             let now = system_nanos();
             self.shared.opened_nanos.store(now, Ordering::Release);

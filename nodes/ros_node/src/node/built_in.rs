@@ -10,7 +10,8 @@ use crate::error::Result;
 use crate::parameters::{HARDWARE_ID, USE_SIM_TIME};
 
 impl Node {
-    pub(super) fn follow_clock(&self) {
+    pub(super) fn follow_clock(&self) -> Result<()> {
+        self.announce_subscription(&CLOCK)?;
         let weak = |shared: &Arc<Shared>| {
             let shared = Arc::downgrade(shared);
             // The task must not keep the node alive.
@@ -25,7 +26,7 @@ impl Node {
             of_parameter().is_some_and(|node| node.parameter(USE_SIM_TIME).unwrap_or(false))
         };
         let subscribe = move || {
-            let subscription = of_topic()?.ungated_subscription(CLOCK.name, CLOCK.qos);
+            let subscription = of_topic()?.ungated_subscription(&CLOCK);
             subscription
                 .inspect_err(|error| tracing::error!("{error}"))
                 .ok()
@@ -36,6 +37,7 @@ impl Node {
                 .clone()
                 .follow(use_sim_time, changes, subscribe),
         );
+        Ok(())
     }
 
     pub(super) fn start_rosout(&self) -> Result<()> {

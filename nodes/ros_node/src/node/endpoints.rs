@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::lifecycle::Gate;
 use crate::publisher::Publisher;
 use crate::qos::{Profile, Qos};
-use crate::qos_overrides::{End, overridden};
+use crate::qos_overrides::{End, Overrides, overridden};
 use crate::subscription::Subscription;
 
 /// Time between two endpoints that are made.
@@ -55,10 +55,11 @@ impl Node {
         qos: Qos,
     ) -> Result<Publisher<M>> {
         self.register_type::<M>()?;
-        self.publisher_of(topic, M::TYPE_NAME, qos, self.gate())
+        self.publisher_of(topic, M::TYPE_NAME, qos, self.gate(), Overrides::None)
     }
 
-    /// A publisher of a topic that is a constant.
+    /// A publisher of a topic that is a constant; parameters may override its quality of service where it is
+    /// [`ros2_interfaces::Topic::overridable`].
     ///
     /// # Errors
     /// As [`Self::publisher`].
@@ -66,7 +67,9 @@ impl Node {
         &self,
         topic: &ros2_interfaces::Topic<M>,
     ) -> Result<Publisher<M>> {
-        self.publisher(topic.name, topic.qos)
+        self.register_type::<M>()?;
+        let overrides = topic.overridable.into();
+        self.publisher_of(topic.name, M::TYPE_NAME, topic.qos, self.gate(), overrides)
     }
 
     /// As [`Self::publisher`], also while the node is not active.
@@ -76,7 +79,7 @@ impl Node {
         qos: Qos,
     ) -> Result<Publisher<M>> {
         self.register_type::<M>()?;
-        self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened())
+        self.publisher_of(topic, M::TYPE_NAME, qos, &Gate::opened(), Overrides::None)
     }
 
     /// A subscription of messages of type `M`.
@@ -89,7 +92,7 @@ impl Node {
         qos: Qos,
     ) -> Result<Subscription<M>> {
         self.register_type::<M>()?;
-        self.subscription_of(topic, M::TYPE_NAME, qos, self.gate())
+        self.subscription_of(topic, M::TYPE_NAME, qos, self.gate(), Overrides::None)
     }
 
     /// A subscription of a topic that is a constant; what it keeps can be another number of samples than what the publisher
@@ -101,27 +104,47 @@ impl Node {
         &self,
         topic: &ros2_interfaces::Topic<M>,
     ) -> Result<Subscription<M>> {
-        self.subscription(topic.name, topic.qos)
+        self.register_type::<M>()?;
+        let overrides = topic.overridable.into();
+        self.subscription_of(topic.name, M::TYPE_NAME, topic.qos, self.gate(), overrides)
     }
 
-    /// As [`Self::subscription`], also while the node is not active.
+    /// As [`Self::subscribe_on`], also while the node is not active.
     pub(crate) fn ungated_subscription<M: RosMessage + Message>(
         &self,
-        topic: &str,
-        qos: Qos,
+        topic: &ros2_interfaces::Topic<M>,
     ) -> Result<Subscription<M>> {
         self.register_type::<M>()?;
-        self.subscription_of(topic, M::TYPE_NAME, qos, &Gate::opened())
+        let overrides = topic.overridable.into();
+        self.subscription_of(
+            topic.name,
+            M::TYPE_NAME,
+            topic.qos,
+            &Gate::opened(),
+            overrides,
+        )
     }
 
-    pub(crate) fn publisher_of<M: Message>(
+    /// Declares the parameters of a subscription that may be made later, or never: whoever gives values for them is understood
+    /// in either case.
+    ///
+    /// # Errors
+    /// [`Error::Name`], or [`Error::ParameterValue`] for a policy that makes no sense.
+    pub(crate) fn announce_subscription<M>(&self, topic: &ros2_interfaces::Topic<M>) -> Result<()> {
+        let name = self.resolve_topic(topic.name)?;
+        overridden(self.parameters(), &name, End::Subscription, topic.qos).map(|_| ())
+    }
+
+    pub(crate) fn publisher_of<M: Message + Send + Sync + 'static>(
         &self,
         topic: &str,
         type_name: &str,
         qos: Qos,
         gate: &Gate,
+        overrides: Overrides,
     ) -> Result<Publisher<M>> {
-        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Publisher)?;
+        let end = (End::Publisher, overrides);
+        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, end)?;
         spread();
         let writer = self
             .ros()
@@ -131,7 +154,10 @@ impl Node {
                 reason: error.to_string(),
             })?;
         let graph = Arc::clone(&self.shared.graph);
-        let publisher = Publisher::new(writer, &topic, graph, gate.clone(), qos.transient_local);
+        let publisher = Publisher::new(writer, &topic, graph, gate.clone(), qos);
+        if let Some(delivery) = publisher.deliver_present() {
+            self.spawn(delivery);
+        }
         self.endpoints()
             .publishers
             .push(Arc::downgrade(&publisher.statistics()));
@@ -144,8 +170,10 @@ impl Node {
         type_name: &str,
         qos: Qos,
         gate: &Gate,
+        overrides: Overrides,
     ) -> Result<Subscription<M>> {
-        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, End::Subscription)?;
+        let end = (End::Subscription, overrides);
+        let (topic, qos, dds_topic) = self.topic(topic, type_name, qos, end)?;
         spread();
         let reader = self
             .ros()
@@ -176,10 +204,13 @@ impl Node {
         topic: &str,
         type_name: &str,
         qos: Qos,
-        end: End,
+        (end, overrides): (End, Overrides),
     ) -> Result<(String, Qos, Topic)> {
         let topic = self.resolve_topic(topic)?;
-        let qos = overridden(self.parameters(), &topic, end, qos)?;
+        let qos = match overrides {
+            Overrides::Allowed => overridden(self.parameters(), &topic, end, qos)?,
+            Overrides::None => qos,
+        };
         let failed = |reason: String| Error::Create {
             what: format!("topic {topic}"),
             reason,

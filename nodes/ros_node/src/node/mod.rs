@@ -112,6 +112,7 @@ impl Node {
             }
         };
         let participant = environment.participant()?;
+        crate::discovery::meet(&participant);
         let name = NodeName::new(&identity.namespace, &identity.name)
             .map_err(|error| creating(identity.fully_qualified())(&error))?;
         let context = Context::from_domain_participant(participant.clone())
@@ -158,7 +159,7 @@ impl Node {
             node.start_rosout()?;
         }
         crate::parameters::serve(&node)?;
-        node.follow_clock();
+        node.follow_clock()?;
         crate::type_description::serve(&node)?;
         if managed {
             crate::lifecycle::serve(&node)?;

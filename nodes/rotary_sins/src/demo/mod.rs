@@ -307,6 +307,8 @@ fn programs(args: &Options, bag: Option<&Path>) -> Vec<Program> {
             vec![
                 parameter("scheme", format!("'{}'", args.scheme)),
                 parameter("stop_after_s", format!("{:?}", args.duration_s())),
+                // The table is simulated.
+                parameter("autostart", "true".to_owned()),
             ],
         ),
         node(

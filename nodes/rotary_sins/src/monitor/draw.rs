@@ -51,10 +51,11 @@ impl Look {
 
 /// Draws the page.
 pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
-    let [title, scheme, table, numbers, faults, foot] = Layout::vertical([
+    let [title, scheme, table, groups, numbers, faults, foot] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(3),
         Constraint::Length(NINE as u16 + 1),
+        Constraint::Length(1),
         Constraint::Length(3),
         Constraint::Min(3),
         Constraint::Length(1),
@@ -69,15 +70,15 @@ pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
         Paragraph::new(estimate_lines(state, now, look, table)),
         table,
     );
+    let known = fit(&groups_line(state), usize::from(groups.width));
+    frame.render_widget(Paragraph::new(known), groups);
     frame.render_widget(Paragraph::new(number_lines(state, look)), numbers);
     frame.render_widget(
         Paragraph::new(fault_lines(state, now, look, faults)),
         faults,
     );
     frame.render_widget(
-        Paragraph::new(
-            "q quits   ✓ sigma below the default threshold   curves: log sigma since start",
-        ),
+        Paragraph::new("q quits   ✓ sigma below its threshold   curves: log sigma since start"),
         foot,
     );
 }
@@ -239,7 +240,7 @@ fn estimate_lines(
             3..6 => significant(estimate.gyroscope_drift[index - 3] / scale),
             _ => significant(estimate.accelerometer_bias[index - 6] / scale),
         };
-        let limit = thresholds()[index];
+        let limit = thresholds(estimate)[index];
         let mark = match (limit.is_finite(), is_known(sigma) && sigma <= limit) {
             (false, _) => ' ',
             (true, true) => '✓',
@@ -283,6 +284,19 @@ pub fn sparkline(values: impl Iterator<Item = f64>, width: usize) -> String {
             BARS[((share * 7.0).round() as usize).min(7)]
         })
         .collect()
+}
+
+/// How well the groups of the whole model are known: nothing where none is estimated.
+fn groups_line(state: &MonitorState) -> String {
+    let groups = state.groups();
+    let known = |(name, share): &(&str, f64)| format!("{name} {:.0}", 100.0 * share);
+    if groups.is_empty() {
+        return String::new();
+    }
+    format!(
+        "learned %: {}",
+        groups.iter().map(known).collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// A sigma with its significant digits, or a dash where it is not known.

@@ -149,13 +149,17 @@ async fn once(node: &Node, state: &Mutex<MonitorState>, timeout: Duration) -> an
     let until = Instant::now() + timeout;
     loop {
         let seen = locked(state).clone();
-        // Diagnostics come once a second; they belong to the page.
-        if seen.estimate.is_some() && !seen.diagnostics.is_empty() {
+        if seen.is_present(Instant::now()) {
             return crate::output::text_line(&text(&seen)?);
         }
         if Instant::now() > until {
             if seen.newest(Instant::now()).is_some() {
-                return crate::output::text_line(&text(&seen)?);
+                let mut page = text(&seen)?;
+                for topic in seen.silent() {
+                    page.push_str("\nnobody publishes ");
+                    page.push_str(&node.resolve_topic(topic)?);
+                }
+                return crate::output::text_line(&page);
             }
             bail!(
                 "nothing heard in {:.0} s on {}, {}, {}: \
@@ -221,11 +225,18 @@ fn listen<M: RosMessage + ros2_client::Message + Send + 'static>(
     take: fn(&mut MonitorState, M, Instant),
 ) -> anyhow::Result<()> {
     let mut subscription = node.subscribe_on(topic)?;
-    let state = Arc::clone(state);
+    let (state, name) = (Arc::clone(state), topic.name);
+    let mut looks = tokio::time::interval(REFRESH);
     node.spawn(async move {
         loop {
-            let message = subscription.recv().await;
-            take(&mut locked(&state), message, Instant::now());
+            tokio::select! {
+                message = subscription.recv() => take(&mut locked(&state), message, Instant::now()),
+                _ = looks.tick() => {
+                    let mut publishers = subscription.publishers();
+                    publishers.retain(|node| !node.contains(NAME));
+                    locked(&state).publishers.insert(name, publishers);
+                }
+            }
         }
     });
     Ok(())

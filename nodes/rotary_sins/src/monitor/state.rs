@@ -4,17 +4,39 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
+use rotary_sins_msgs::interfaces::topics::{DIAGNOSTICS, ESTIMATE, SCHEME_STATUS};
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
 use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::estimation::groups::navigation::MISALIGNMENT;
-use sins::machines::self_calibration::Thresholds;
 
 /// Sigmas kept for the small curves.
 const KEPT: usize = 240;
 /// Without a message for longer than this, a stream has stopped.
 pub const SILENCE: Duration = Duration::from_secs(5);
+/// What is sent of the past comes at once; what comes later is the present.
+const PRESENT: Duration = Duration::from_millis(1200);
 /// The nine that calibration is about.
 pub const NINE: usize = 9;
+
+/// The groups of the whole model beside those nine: what they are called in a line of 80 columns (scale factors and
+/// installation of the gyroscopes and the accelerometers, quadratic terms, arms, g-sensitivity, delay, table and encoders,
+/// vertical channel), and how the names of their states begin.
+const GROUPS: [(&str, &[&str]); 8] = [
+    (
+        "gyro",
+        &["gyroscope_scale_factor_", "gyroscope_installation_"],
+    ),
+    (
+        "acc",
+        &["accelerometer_scale_factor_", "accelerometer_installation_"],
+    ),
+    ("quad", &["accelerometer_quadratic_"]),
+    ("arms", &["accelerometer_arm_"]),
+    ("g-sens", &["gyroscope_g_sensitivity_"]),
+    ("delay", &["accelerometer_delay_"]),
+    ("table", &["table_", "inner_axis_", "encoder_"]),
+    ("up", &["height_error_", "velocity_error_up_"]),
+];
 
 /// The newest message of a stream.
 #[derive(Clone, Debug)]
@@ -36,6 +58,10 @@ pub struct MonitorState {
     pub estimate: Option<Heard<SelfCalibrationEstimate>>,
     /// Newest diagnostics by name.
     pub diagnostics: BTreeMap<String, Heard<DiagnosticStatus>>,
+    /// Full names of the nodes that publish, by topic.
+    pub publishers: BTreeMap<&'static str, Vec<String>>,
+    /// When the first estimate came.
+    first_estimate: Option<Instant>,
     /// One-sigmas of the nine against time, thinned as they grow.
     history: [VecDeque<f64>; NINE],
     /// Only every so many estimates goes into the history.
@@ -85,7 +111,58 @@ impl MonitorState {
                 self.every *= 2;
             }
         }
+        self.first_estimate.get_or_insert(at);
         self.estimate = Some(Heard { message, at });
+    }
+
+    /// Whether what is known is the present of everybody who publishes: every topic that has publishers has been heard, every
+    /// node that tells how it is has told it, and the estimates of the past, of which whoever comes late may be sent some, are over.
+    pub fn is_present(&self, now: Instant) -> bool {
+        let said = |topic: &str| {
+            let publishers = self.publishers.get(topic);
+            publishers.is_some_and(|publishers| !publishers.is_empty())
+        };
+        let told = |node: &String| {
+            let name = node.rsplit('/').next().unwrap_or(node);
+            let mut statuses = self.diagnostics.keys();
+            statuses.any(|status| status.split(':').next() == Some(name))
+        };
+        let nodes = self.publishers.get(DIAGNOSTICS.name);
+        let is_over = |first| now.saturating_duration_since(first) >= PRESENT;
+        self.first_estimate.is_some_and(is_over)
+            && (self.scheme.is_some() || !said(SCHEME_STATUS.name))
+            && nodes.is_some_and(|nodes| nodes.iter().all(told))
+    }
+
+    /// The topics of the page that nobody publishes.
+    pub fn silent(&self) -> Vec<&'static str> {
+        let empty = |topic: &&str| self.publishers.get(topic).is_none_or(Vec::is_empty);
+        [SCHEME_STATUS.name, ESTIMATE.name, DIAGNOSTICS.name]
+            .into_iter()
+            .filter(empty)
+            .collect()
+    }
+
+    /// Of every group of the whole model that is estimated, the share by which the 1 sigma of its least known state has shrunk.
+    pub fn groups(&self) -> Vec<(&'static str, f64)> {
+        let Some(Heard { message, .. }) = &self.estimate else {
+            return Vec::new();
+        };
+        let shares = |beginnings: &[&str]| {
+            let states = message.state_names.iter().zip(&message.std);
+            let priors = message.prior_std.iter().copied();
+            states
+                .zip(priors)
+                .filter(|((name, _), prior)| {
+                    *prior > 0.0 && beginnings.iter().any(|begin| name.starts_with(begin))
+                })
+                .map(|((_, sigma), prior)| (1.0 - sigma / prior).max(0.0))
+                .reduce(f64::min)
+        };
+        GROUPS
+            .into_iter()
+            .filter_map(|(name, beginnings)| Some((name, shares(beginnings)?)))
+            .collect()
     }
 
     /// One status of the diagnostics.
@@ -147,16 +224,23 @@ pub fn sigmas(estimate: &SelfCalibrationEstimate) -> [f64; NINE] {
     all
 }
 
-/// The calibrator's default thresholds in the same order \[SI\]; infinite where none is asked for.
-pub fn thresholds() -> [f64; NINE] {
-    let thresholds = Thresholds::default();
+/// What the calibrator asks for, in the same order \[SI\]; infinite where nothing is asked for or told.
+pub fn thresholds(estimate: &SelfCalibrationEstimate) -> [f64; NINE] {
+    let asked = |name: &str| {
+        let at = estimate
+            .state_names
+            .iter()
+            .position(|state| state == name)?;
+        let threshold = *estimate.threshold.get(at)?;
+        (threshold > 0.0).then_some(threshold)
+    };
     let mut all = [f64::INFINITY; NINE];
     let names = MISALIGNMENT
         .into_iter()
         .chain(GYROSCOPE_DRIFT)
         .chain(ACCELEROMETER_BIAS);
     for (limit, name) in all.iter_mut().zip(names) {
-        *limit = thresholds.of(name).unwrap_or(f64::INFINITY);
+        *limit = asked(name).unwrap_or(f64::INFINITY);
     }
     all
 }
@@ -186,6 +270,52 @@ mod tests {
         assert!(kept[0] > 86_000.0 && kept[kept.len() - 1] < 1000.0);
         state.estimate(estimate(1.0, 5.0), now);
         assert_eq!(state.history(3).collect::<Vec<_>>(), [5.0]);
+    }
+
+    /// A page is of the present when everybody who publishes has been heard, and not of what was there before.
+    #[test]
+    fn the_present_has_everybody_in_it() {
+        let (mut state, now) = (MonitorState::default(), Instant::now());
+        let nodes = ["/ship/self_calibrator", "/ship/navigation_compensator"];
+        let nodes = nodes.map(str::to_owned).to_vec();
+        assert_eq!(state.silent().len(), 3);
+        state.publishers.insert(DIAGNOSTICS.name, nodes);
+        state.estimate(estimate(1.0, 1.0), now);
+        let later = now + PRESENT;
+        let told = |name: &str| DiagnosticStatus {
+            name: name.to_owned(),
+            ..DiagnosticStatus::default()
+        };
+        state.diagnostic(told("self_calibrator: imu samples"), later);
+        assert!(!state.is_present(later));
+        state.diagnostic(told("navigation_compensator: navigation"), later);
+        assert!(state.is_present(later) && !state.is_present(now));
+        let sequencer = vec!["/ship/scheme_sequencer".to_owned()];
+        state.publishers.insert(SCHEME_STATUS.name, sequencer);
+        assert!(!state.is_present(later));
+        assert_eq!(state.silent(), [ESTIMATE.name]);
+    }
+
+    /// Thresholds are those of the message, and a group is as well known as the least known of its states.
+    #[test]
+    fn thresholds_and_groups_are_told() {
+        let (mut state, now) = (MonitorState::default(), Instant::now());
+        let names = [
+            GYROSCOPE_DRIFT[1],
+            "gyroscope_scale_factor_x",
+            "gyroscope_installation_xy_rad",
+        ];
+        let message = SelfCalibrationEstimate {
+            state_names: names.map(str::to_owned).to_vec(),
+            std: vec![1.0, 0.2, 0.5],
+            prior_std: vec![2.0, 1.0, 1.0],
+            threshold: vec![0.3, 0.0, 0.0],
+            ..SelfCalibrationEstimate::default()
+        };
+        let told = thresholds(&message);
+        assert_eq!((told[3], told[4]), (f64::INFINITY, 0.3));
+        state.estimate(message, now);
+        assert_eq!(state.groups(), [("gyro", 0.5)]);
     }
 
     /// Faults come worst first, and those of a node that has gone are not shown for ever.

@@ -1,6 +1,5 @@
 //! What happens in the machine, told to the log and handed on.
 
-use rotary_sins_msgs::interfaces::topics;
 use sins::machines::self_calibration::{Event, Phase};
 use sins::sensor::sample::ImuSample;
 use sins::units::ARC_SECOND;
@@ -11,6 +10,10 @@ use crate::phase;
 /// What to say of samples without covariances.
 pub(super) const NOISE_IS_ASSUMED: &str = "the covariances are not filled in; 0.001 deg/sqrt(h) and 10 ug/sqrt(Hz) are \
      assumed (parameters angle_random_walk_deg_per_sqrt_hour and velocity_random_walk_ug_per_sqrt_hz tell better)";
+
+/// The same behind the line of an estimate.
+pub(super) const NOISE_IN_AN_ESTIMATE: &str =
+    "; the noise of the samples is assumed, so the sigmas are too";
 
 impl Calibrator {
     /// What happened in the machine, and what it gives to publish.
@@ -36,7 +39,7 @@ impl Calibrator {
                 let stamp = stamp.nanos();
                 tracing::error!(
                     "{}: {cause} at {stamp} ns: alignment starts anew{kept}",
-                    topics::IMU_DATA_RAW.name
+                    self.inputs.imu.topic()
                 );
                 self.forget();
             }
@@ -47,12 +50,12 @@ impl Calibrator {
                 ..
             } => tracing::warn!(
                 "{}: a hole of {seconds:.3} s up to {} ns; the attitude is less certain by {:.1} arcsec",
-                topics::IMU_DATA_RAW.name,
+                self.inputs.imu.topic(),
                 stamp.nanos(),
                 sigma_rad / ARC_SECOND
             ),
             Event::AlignmentFailed { reason, .. } => {
-                tracing::error!("{}: {reason}", topics::IMU_DATA_RAW.name);
+                tracing::error!("{}: {reason}", self.inputs.imu.topic());
                 self.problem = Some(reason);
                 self.forget();
             }
@@ -90,7 +93,7 @@ impl Calibrator {
             || (known(&sample.angular_rate_variance) && known(&sample.specific_force_variance));
         self.noise_is_assumed = Some(!is_told);
         if !is_told {
-            tracing::warn!("{}: {NOISE_IS_ASSUMED}", topics::IMU_DATA_RAW.name);
+            tracing::warn!("{}: {NOISE_IS_ASSUMED}", self.inputs.imu.topic());
         }
     }
 }

@@ -31,6 +31,8 @@ pub enum NavigatorEvent {
     CalibrationTaken {
         /// Its time.
         stamp: Stamp,
+        /// The solutions start anew: what ran stood on a calibration that had not converged.
+        restarted: bool,
     },
     /// A calibration that had waited for its samples is not used.
     CalibrationRefused {

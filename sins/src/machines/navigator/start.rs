@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Navigator, NavigatorEvent, Stage};
 use crate::error::Error;
-use crate::machines::self_calibration::Calibration;
+use crate::machines::self_calibration::{Calibration, Phase};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::ImuSample;
 use crate::stream::Interval;
@@ -13,7 +13,8 @@ use crate::time::{Stamp, seconds_to_nanos};
 impl Navigator {
     /// Takes a calibration. The first one starts the navigation, from its own attitude where the samples since then are at
     /// hand and by an alignment where they are not; one that has overtaken its samples waits for them. Later ones refine the
-    /// compensation of the solution that runs.
+    /// compensation of the solution that runs. Where that solution stands on a calibration that had not converged, attitude and
+    /// place are as wrong as that one was: it starts anew, unless she is under way, where no alignment would hold.
     ///
     /// # Errors
     /// As [`Calibration::usable`].
@@ -36,16 +37,26 @@ impl Navigator {
 
     fn take_calibration(&mut self, calibration: Calibration) -> Result<(), Error> {
         calibration.errors.compensation()?;
+        let is_covered =
+            self.history
+                .front()
+                .zip(self.history.back())
+                .is_some_and(|(first, last)| {
+                    first.0.stamp <= calibration.stamp && last.0.stamp >= calibration.stamp
+                });
+        let stands_on_less = self
+            .calibration
+            .as_ref()
+            .is_some_and(|before| before.phase != Phase::Converged);
+        let mut restarted = false;
         if let Stage::Navigating(channels) = &mut self.stage {
-            channels[0].set_sensor_errors(&calibration.errors)?;
-        } else {
-            let is_covered =
-                self.history
-                    .front()
-                    .zip(self.history.back())
-                    .is_some_and(|(first, last)| {
-                        first.0.stamp <= calibration.stamp && last.0.stamp >= calibration.stamp
-                    });
+            let speed = channels[0].filter.navigation().velocity.norm();
+            restarted = stands_on_less && speed <= self.settings.moored_speed_m_s;
+            if !restarted {
+                channels[0].set_sensor_errors(&calibration.errors)?;
+            }
+        }
+        if restarted || !matches!(self.stage, Stage::Navigating(_)) {
             if is_covered && self.settings.start_from_calibration {
                 self.start_from(&calibration)?;
             } else {
@@ -54,6 +65,7 @@ impl Navigator {
         }
         self.events.push_back(NavigatorEvent::CalibrationTaken {
             stamp: calibration.stamp,
+            restarted,
         });
         self.calibration = Some(calibration);
         self.tell_phase();

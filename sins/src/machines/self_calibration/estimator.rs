@@ -355,7 +355,11 @@ impl Estimator {
             let least_s = self.settings.coarse_alignment_min_s;
             if seconds < least_s && self.last.is_none() {
                 return Err(Error::Alignment {
-                    reason: format!("{seconds:.1} s of samples, expected at least {least_s} s"),
+                    // Cut off, not rounded: what is too short must not look long enough.
+                    reason: format!(
+                        "{:.3} s of samples, expected at least {least_s} s",
+                        (seconds * 1e3).floor() * 1e-3
+                    ),
                 });
             }
             if seconds >= least_s {
