@@ -2,6 +2,7 @@
 //!
 //! - [`compare`]: the paper's simulations, reproduced, and its claims judged.
 //! - [`assurance`]: how often the judge is wrong, over drawn worlds.
+//! - [`design`]: rotation schemes by search, held against those that are known.
 //! - [`experiment`]: the paper's experiment on simulated IMUs.
 //! - [`observability`]: what a rotation scheme can show, before anything is measured.
 //! - [`run_report`]: one page about one recorded run.
@@ -11,6 +12,7 @@
 
 pub mod assurance;
 pub mod compare;
+pub mod design;
 mod error;
 pub mod experiment;
 mod listener;
