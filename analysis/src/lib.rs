@@ -3,6 +3,7 @@
 //! - [`compare`]: the paper's simulations, reproduced, and its claims judged.
 //! - [`allan`]: the noise of the sensors from a bag at rest.
 //! - [`assurance`]: how often the judge is wrong, over drawn worlds.
+//! - [`design`]: rotation schemes by search, held against those that are known.
 //! - [`experiment`]: the paper's experiment on simulated IMUs.
 //! - [`observability`]: what a rotation scheme can show, before anything is measured.
 //! - [`run_report`]: one page about one recorded run.
@@ -14,6 +15,7 @@ mod alignment;
 pub mod allan;
 pub mod assurance;
 pub mod compare;
+pub mod design;
 mod error;
 pub mod experiment;
 mod free_navigation;

@@ -13,7 +13,7 @@ use crate::{
 /// Options of `observability`.
 #[derive(Args)]
 pub struct Options {
-    /// eight-position, eight-position-yz, static, paper-experiment, or a YAML file
+    /// eight-position, eight-position-yz, static, paper-experiment, designed, or a YAML file
     #[arg(long, default_value = "eight-position", value_name = "NAME|FILE")]
     scheme: String,
     /// Length of the run, for degrees and bound

@@ -63,7 +63,7 @@ impl From<Packing> for Compression {
 /// Options of `simulate`.
 #[derive(Args)]
 pub struct Options {
-    /// eight-position, eight-position-yz, static, paper-experiment, or a YAML file
+    /// eight-position, eight-position-yz, static, paper-experiment, designed, or a YAML file
     #[arg(long, default_value = "eight-position", value_name = "NAME|FILE")]
     scheme: String,
     /// Length

@@ -41,7 +41,7 @@ pub struct Catalogue {
     physics: Physics,
     headings_rad: Vec<f64>,
     /// Units of angle in a whole turn.
-    units: usize,
+    units: u16,
     turns: Vec<Turn>,
     dwells_s: Vec<u32>,
     /// By heading, then pose.
@@ -64,12 +64,12 @@ impl Catalogue {
     pub fn new(
         physics: &Physics,
         headings_rad: Vec<f64>,
-        units: usize,
+        units: u16,
         turns: Vec<Turn>,
         dwells_s: Vec<u32>,
     ) -> Result<Self, Error> {
         physics.validate()?;
-        let poses = units * units;
+        let poses = usize::from(units) * usize::from(units);
         let way = physics.way();
         // What every rotation takes is found here once, so that no rotation is refused later.
         for turn in &turns {
@@ -157,12 +157,19 @@ impl Catalogue {
 
     /// Where the joints stand, by whole turns.
     pub(super) fn pose(&self, joints: [i32; 2]) -> usize {
-        let within = |units: i32| units.rem_euclid(self.units as i32) as usize;
-        within(joints[0]) * self.units + within(joints[1])
+        let within = |units: i32| units.rem_euclid(i32::from(self.units)) as usize;
+        within(joints[0]) * usize::from(self.units) + within(joints[1])
+    }
+
+    /// Units of angle of both joints, 0 to less than a turn.
+    fn joints(&self, pose: usize) -> [i32; 2] {
+        let units = usize::from(self.units);
+        // Both are less than `units`, which an i32 holds.
+        [pose / units, pose % units].map(|joint| i32::try_from(joint).unwrap_or(0))
     }
 
     fn angles(&self, pose: usize) -> [f64; 2] {
-        [pose / self.units, pose % self.units].map(|units| angle(self.units, units as i32))
+        self.joints(pose).map(|units| angle(self.units, units))
     }
 
     /// Dwells of 1, 2, 4, … s.
@@ -233,13 +240,13 @@ impl Catalogue {
 
     /// The pose that a rotation leads to.
     pub(super) fn turned(&self, pose: usize, turn: usize) -> usize {
-        let mut joints = [(pose / self.units) as i32, (pose % self.units) as i32];
+        let mut joints = self.joints(pose);
         let Turn { joint, units } = self.turns[turn];
         joints[joint.index()] += units;
         self.pose(joints)
     }
 }
 
-fn angle(units: usize, count: i32) -> f64 {
-    TAU * f64::from(count) / units as f64
+fn angle(units: u16, count: i32) -> f64 {
+    TAU * f64::from(count) / f64::from(units)
 }

@@ -132,7 +132,7 @@ impl Element {
         let remaining = &noise - &spread * root.solve(&spread.transpose());
         let turn = second.columns(0, m);
         let after =
-            &turn * remaining * turn.transpose() + DMatrix::from_row_slice(m, m, &next.noise);
+            turn * remaining * turn.transpose() + DMatrix::from_row_slice(m, m, &next.noise);
         Self {
             seconds: self.seconds + next.seconds,
             moving: m,
@@ -156,7 +156,8 @@ impl Element {
         })
     }
 
-    /// P ← N + A (P⁻¹ + UᵀU)⁻¹ Aᵀ, P n × n and symmetric; states that walk gain `walk` a second.
+    /// P ← N + A (P⁻¹ + UᵀU)⁻¹ Aᵀ, P n × n and symmetric. States that walk gain `walk` a second, at the end of the stretch: drifts
+    /// and biases walk too little for what they do within one to count.
     pub fn apply(&self, covariance: &mut [f64], walk: &[f64], scratch: &mut Scratch) {
         let (m, n) = (self.moving, self.states);
         let vector = &mut scratch.vector;

@@ -80,7 +80,7 @@ impl Goal {
 #[derive(Clone, Debug)]
 pub(super) struct Goals {
     pub criterion: Criterion,
-    pub goals: Vec<(Vec<usize>, Measure, f64)>,
+    pub all: Vec<(Vec<usize>, Measure, f64)>,
     weights: f64,
 }
 
@@ -120,7 +120,7 @@ impl Goals {
         let weights = found.iter().map(|(_, _, weight)| weight).sum();
         Ok(Self {
             criterion,
-            goals: found,
+            all: found,
             weights,
         })
     }
@@ -128,7 +128,7 @@ impl Goals {
     /// The greatest sigma of a goal's states over a limit.
     pub fn over_limit(&self, goal: usize, limit: f64, space: &Space, covariance: &[f64]) -> f64 {
         let sigma = |state: &usize| space.sigma(covariance, *state);
-        self.goals[goal].0.iter().map(sigma).fold(0.0, f64::max) / limit
+        self.all[goal].0.iter().map(sigma).fold(0.0, f64::max) / limit
     }
 
     /// Values of all goals (1: as asked) at the end of a run, from its covariance and the times \[s\].
@@ -145,12 +145,12 @@ impl Goals {
                 },
                 Measure::TimeBelow { one_s, .. } => times_s[goal] / one_s,
             };
-        self.goals.iter().enumerate().map(value).collect()
+        self.all.iter().enumerate().map(value).collect()
     }
 
     /// The number of one heading.
     pub fn score(&self, values: &[f64]) -> f64 {
-        let weighted = || values.iter().zip(&self.goals).map(|(v, (_, _, w))| (v, w));
+        let weighted = || values.iter().zip(&self.all).map(|(v, (_, _, w))| (v, w));
         let worst = weighted().map(|(v, w)| v * w).fold(0.0, f64::max);
         match self.criterion {
             Criterion::A => (weighted().map(|(v, w)| w * v * v).sum::<f64>() / self.weights).sqrt(),
@@ -163,14 +163,14 @@ impl Goals {
 
     /// What the score of a run will be at least, where the goals in `pending` are not yet met after `time_s`.
     pub fn at_least(&self, time_s: f64, pending: &[bool]) -> f64 {
-        let values =
-            self.goals
-                .iter()
-                .zip(pending)
-                .map(|((_, measure, _), pending)| match measure {
-                    Measure::TimeBelow { one_s, .. } if *pending => time_s / one_s,
-                    _ => 0.0,
-                });
+        let values = self
+            .all
+            .iter()
+            .zip(pending)
+            .map(|((_, measure, _), pending)| match measure {
+                Measure::TimeBelow { one_s, .. } if *pending => time_s / one_s,
+                _ => 0.0,
+            });
         let values: Vec<f64> = values.collect();
         self.score(&values)
     }

@@ -12,7 +12,7 @@ mod way;
 
 pub use catalogue::{Catalogue, Turn};
 pub use goal::{Criterion, Goal, Measure};
-pub use search::{CHAINS, NEIGHBOURS, Progress, Scored, Search, Standing, TOUR};
+pub use search::{CHAINS, Found, NEIGHBOURS, Progress, Scored, Search, Standing, TOUR};
 pub use sequence::{Leg, Rules, Sequence};
 pub use space::Space;
 pub use way::{Measurements, Physics, States};

@@ -43,10 +43,10 @@ impl Run {
             covariance: space.initial_covariance(),
             time_s: 0.0,
             pose: 0,
-            times_s: vec![0.0; goals.goals.len()],
-            pending: goals.goals.iter().map(|(_, m, _)| is_time(m)).collect(),
+            times_s: vec![0.0; goals.all.len()],
+            pending: goals.all.iter().map(|(_, m, _)| is_time(m)).collect(),
         };
-        for goal in 0..goals.goals.len() {
+        for goal in 0..goals.all.len() {
             if over(goals, goal, space, &run.covariance) < 1.0 {
                 run.pending[goal] = false;
             }
@@ -93,8 +93,8 @@ impl Run {
                 dwell(rests, dwell_s, &mut self.covariance, space, room);
             }
         }
-        for goal in 0..goals.goals.len() {
-            let Measure::TimeBelow { .. } = goals.goals[goal].1 else {
+        for goal in 0..goals.all.len() {
+            let Measure::TimeBelow { .. } = goals.all[goal].1 else {
                 continue;
             };
             let met = over(goals, goal, space, &self.covariance) < 1.0;
@@ -114,7 +114,7 @@ impl Run {
 
     /// Ends the run: a time that was not reached is as much longer as the sigma is too large.
     pub fn end(&mut self, goals: &Goals, space: &Space) {
-        for goal in 0..goals.goals.len() {
+        for goal in 0..goals.all.len() {
             if self.pending[goal] {
                 self.times_s[goal] =
                     self.time_s * (1.0 + over(goals, goal, space, &self.covariance));
@@ -125,7 +125,7 @@ impl Run {
 
 /// The greatest sigma over a time goal's limit.
 fn over(goals: &Goals, goal: usize, space: &Space, covariance: &[f64]) -> f64 {
-    match goals.goals[goal].1 {
+    match goals.all[goal].1 {
         Measure::TimeBelow { limit, .. } => goals.over_limit(goal, limit, space, covariance),
         Measure::SigmaAtEnd(_) => f64::INFINITY,
     }

@@ -156,7 +156,8 @@ impl Draw<'_> {
             for _ in 0..changes {
                 self.change(&mut sequence);
             }
-            if sequence != *of && self.mend(&mut sequence) && sequence != *of {
+            let mended = self.mend(&mut sequence);
+            if mended && sequence != *of {
                 return sequence;
             }
         }

@@ -11,6 +11,7 @@ use crate::estimation::group::{Interval, Span};
 use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY, sensor_noise_rate};
 use crate::estimation::groups::vertical::HEIGHT;
 use crate::estimation::model::{Model, Paper, Whole};
+use crate::estimation::state::StateLabel;
 use crate::mechanization::strapdown::NavigationState;
 use crate::range;
 use crate::sensor::Increment;
@@ -130,16 +131,25 @@ impl Physics {
         Ok(())
     }
 
+    /// Labels of the states that a search carries.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where the rest means nothing.
+    pub fn labels(&self) -> Result<Vec<&'static StateLabel>, Error> {
+        self.validate()?;
+        Ok(self.way().space().labels.clone())
+    }
+
     pub(super) fn way(&self) -> Box<dyn Way> {
         let initial = paper::initial_uncertainty();
         match &self.states {
             States::Paper => Box::new(ModelWay::<Paper, { Paper::M }, { Paper::N }>::new(
                 initial.model(),
-                *self,
+                self,
             )),
             States::Groups(priors) => Box::new(ModelWay::<Whole, { Whole::M }, { Whole::N }>::new(
                 priors.model(&initial),
-                *self,
+                self,
             )),
         }
     }
@@ -153,7 +163,7 @@ struct ModelWay<G: Model<M, N>, const M: usize, const N: usize> {
 }
 
 impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
-    fn new(model: G, physics: Physics) -> Self {
+    fn new(model: G, physics: &Physics) -> Self {
         let place = NavigationState {
             attitude: UnitQuaternion::identity(),
             velocity: Vector3::zeros(),
@@ -215,7 +225,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
         }
         Self {
             model,
-            physics,
+            physics: *physics,
             earth: LocalEarth::at(physics.latitude_rad, 0.0),
             space,
         }

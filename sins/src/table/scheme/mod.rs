@@ -7,7 +7,9 @@
 //! A dwell comes first, at A (both joints at zero), and then one after every rotation. The dwell after the last rotation of a cycle
 //! is the one from which the next cycle's first rotation leaves, so that a cycle lasts (its rotations + as many dwells).
 
+mod designed;
 mod file;
+mod file_text;
 mod program;
 pub mod sequencer;
 
@@ -20,11 +22,12 @@ pub use program::{Program, Segment, SegmentKind, Step};
 pub use sequencer::Sequencer;
 
 /// Names that [`Scheme::builtin`] knows.
-pub const BUILTIN_NAMES: [&str; 4] = [
+pub const BUILTIN_NAMES: [&str; 5] = [
     "eight-position",
     "eight-position-yz",
     "static",
     "paper-experiment",
+    "designed",
 ];
 
 /// Table 1 of the paper: dwell in a position \[s\].
@@ -187,6 +190,7 @@ impl Scheme {
             "eight-position-yz" => Some(Self::eight_position_yz()),
             "static" => Some(Self::stationary()),
             "paper-experiment" => Some(Self::paper_experiment()),
+            "designed" => Some(Self::designed()),
             _ => None,
         }
     }
