@@ -35,9 +35,6 @@ pub struct Options {
     /// Write the calibration to this file
     #[arg(long, value_name = "FILE.yaml")]
     output: Option<PathBuf>,
-    /// Replace FILE.yaml where it is there already
-    #[arg(long)]
-    force: bool,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -116,7 +113,7 @@ struct Report {
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
     if let Some(path) = &options.output {
-        output::check(path, Some(bag.path()), options.force)?;
+        output::check(path, Some(bag.path()), options.passes.force)?;
     }
     let mut settings = options.filter.machine(options.input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;

@@ -58,9 +58,9 @@ pub struct PassOptions {
     /// Where the smoothed record goes [default: beside the bag, as BAG-smoothed.mcap]; smooths
     #[arg(long, value_name = "FILE.mcap")]
     smoothed: Option<PathBuf>,
-    /// Replace the smoothed record where it is there already
+    /// Replace the calibration and the smoothed record where they are there already
     #[arg(long)]
-    force: bool,
+    pub force: bool,
 }
 
 /// What was written of the smoothed record.
