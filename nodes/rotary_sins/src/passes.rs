@@ -58,7 +58,7 @@ pub struct PassOptions {
     /// Where the smoothed record goes [default: beside the bag, as BAG-smoothed.mcap]; smooths
     #[arg(long, value_name = "FILE.mcap")]
     smoothed: Option<PathBuf>,
-    /// Replace what is written where it is there already
+    /// Replace the calibration and the smoothed record where they are there already
     #[arg(long)]
     pub force: bool,
 }
