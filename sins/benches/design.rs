@@ -5,7 +5,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sins::studies::design::{Catalogue, Goal, Physics, Rules, Search, States, Turn};
+use sins::estimation::grade::GroupPriors;
+use sins::studies::design::{self, Catalogue, Goal, Physics, Rules, Search, States, Turn};
 use sins::studies::observability::Setting;
 use sins::studies::observability::bound::bound;
 use sins::table::scheme::Scheme;
@@ -23,7 +24,7 @@ fn search(physics: &Physics) -> Search {
     Search::new(
         catalogue,
         &Goal::paper(),
-        Default::default(),
+        design::Criterion::default(),
         rules,
         HOURS_4,
         1,
@@ -33,7 +34,7 @@ fn search(physics: &Physics) -> Search {
 
 fn whole() -> Physics {
     let mut physics = Physics {
-        states: States::Groups(Default::default()),
+        states: States::Groups(GroupPriors::default()),
         ..Physics::default()
     };
     physics.measurements.velocity_up_m_s = Some(0.01);
@@ -49,7 +50,7 @@ fn evaluations(criterion: &mut Criterion) {
         let search = search(&physics);
         let sequence = search.sequence(&scheme).unwrap();
         group.bench_function(name, |b| {
-            b.iter(|| black_box(search.standing(&sequence, 0)))
+            b.iter(|| black_box(search.standing(&sequence, 0)));
         });
     }
     let program = scheme.program(scheme.default_table()).unwrap();
