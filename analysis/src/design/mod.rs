@@ -138,10 +138,10 @@ impl Plan {
             (
                 "cable limits [deg]",
                 format!("{:?}", self.limits_deg),
-                limits.iter().all(|range| {
-                    range.contains(&0) && (range.end() - range.start()) * step <= 3600
-                }),
-                "min,max with 0 between them, ten turns at most",
+                self.limits_deg
+                    .iter()
+                    .all(|(min, max)| (-3600..=0).contains(min) && (0..=3600).contains(max)),
+                "min,max with 0 between them, ten turns at most either way",
             ),
         ];
         for (name, value, good, expected) in checks {

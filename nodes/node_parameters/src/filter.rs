@@ -12,7 +12,7 @@ use sins::sensor::sample::NoiseDensity;
 use sins::table::Turntable;
 
 use crate::axes;
-use crate::groups::{GradeChoice, groups, readable};
+use crate::groups::{GradeChoice, groups, readable, told};
 use crate::units::{
     ARC_SECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_SQRT_HOUR, DEGREE_PER_SQRT_HOUR, MICRO_G,
     MICRO_G_PER_SQRT_HERTZ, MICRO_G_PER_SQRT_HOUR,
@@ -171,6 +171,7 @@ impl FilterParameters {
                 },
             },
             grade: self.grade.into(),
+            groups: told(self.settings.groups),
             noise_from: match self.noise_from {
                 NoiseChoice::Messages => NoiseFrom::Samples,
                 NoiseChoice::Rest => NoiseFrom::Rest,

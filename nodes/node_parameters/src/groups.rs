@@ -135,6 +135,17 @@ pub(crate) fn readable(mut priors: GroupPriors) -> GroupPriors {
     priors
 }
 
+/// The same priors as the machine's own defaults have those that the grade tells: -1.
+pub(crate) fn told(mut priors: GroupPriors) -> GroupPriors {
+    for (_, _, field, _) in &ROWS {
+        let prior = field(&mut priors);
+        if *prior < 0.0 {
+            *prior = -1.0;
+        }
+    }
+    priors
+}
+
 /// Parameters of the groups.
 pub(crate) fn groups() -> ParameterSet<GroupPriors> {
     let set = ParameterSet::new("Prior", readable(GroupPriors::BY_GRADE));

@@ -11,6 +11,7 @@ mod assurance;
 mod calibrate;
 mod compare;
 mod demo;
+mod design_scheme;
 mod experiment;
 mod filter_options;
 mod info;
@@ -65,6 +66,8 @@ enum Command {
     Assurance(assurance::Options),
     /// Say what a rotation scheme can show of the errors, and how well
     Observability(observability::Options),
+    /// Search for rotation schemes that show the errors better or sooner
+    DesignScheme(design_scheme::Options),
     /// Make a page about one recorded run: estimates, consistency, steps, gaps, verdict
     Report(run_report::Options),
     /// Show how the calibration goes, on one page of a terminal
@@ -151,6 +154,7 @@ fn dispatch(command: Command, ros_arguments: Vec<String>) -> anyhow::Result<Exit
         Command::Experiment(options) => experiment::run(&options)?,
         Command::Assurance(options) => assurance::run(&options)?,
         Command::Observability(options) => observability::run(&options)?,
+        Command::DesignScheme(options) => design_scheme::run(&options)?,
         Command::Report(options) => run_report::run(&options)?,
         Command::Demo(options) => demo::run(&options)?,
     };
