@@ -2,8 +2,8 @@
 //!
 //! Averages over one and over four seconds are compared with those before them (Allan variances `A₁`, `A₄` of IEEE Std 952). White
 //! noise of density N has `A₁ = N²/1 s`, `A₄ = N²/4 s`; counts of quantum q add `q²/(4 τ²)` to each, so `N² = (16 A₄ − A₁)/3 · 1 s` is
-//! free of them, however coarse they are. Motion of the ship and anything that wanders makes `4 A₄` greater than `A₁`: then nothing
-//! is said.
+//! free of them, however coarse they are. Motion of the ship and anything that wanders makes `4 A₄` greater than `A₁`, or takes
+//! `2 A₂` off the line between them: then nothing is said.
 
 use std::ops::AddAssign;
 
@@ -62,7 +62,11 @@ pub struct NoiseAtRest {
     long: Axes,
     long_seconds: f64,
     in_long: u32,
+    /// The first half of a long sum, and how long it took.
+    half: Axes,
+    half_seconds: f64,
     short_averages: Averages,
+    middle_averages: Averages,
     long_averages: Averages,
 }
 
@@ -76,7 +80,10 @@ impl Default for NoiseAtRest {
             long: Axes::zeros(),
             long_seconds: 0.0,
             in_long: 0,
+            half: Axes::zeros(),
+            half_seconds: 0.0,
             short_averages: Averages::default(),
+            middle_averages: Averages::default(),
             long_averages: Averages::default(),
         }
     }
@@ -113,7 +120,15 @@ impl NoiseAtRest {
         self.long += sum;
         self.long_seconds += seconds;
         self.in_long += 1;
+        if self.in_long == LONG / 2 {
+            (self.half, self.half_seconds) = (self.long, self.long_seconds);
+            self.middle_averages
+                .take(self.half / self.half_seconds, self.half_seconds);
+        }
         if self.in_long == LONG {
+            let seconds = self.long_seconds - self.half_seconds;
+            self.middle_averages
+                .take((self.long - self.half) / seconds, seconds);
             self.long_averages
                 .take(self.long / self.long_seconds, self.long_seconds);
             (self.long, self.long_seconds, self.in_long) = (Axes::zeros(), 0.0, 0);
@@ -127,10 +142,12 @@ impl NoiseAtRest {
             return;
         }
         self.short_averages.before = None;
+        self.middle_averages.before = None;
         self.long_averages.before = None;
         *self = Self {
             has_turned: self.has_turned,
             short_averages: self.short_averages,
+            middle_averages: self.middle_averages,
             long_averages: self.long_averages,
             ..Self::default()
         };
@@ -143,15 +160,17 @@ impl NoiseAtRest {
         if count < FEWEST {
             return [None; 6];
         }
-        let (short, long) = (
-            self.short_averages.density_squared(),
-            self.long_averages.density_squared(),
-        );
+        let short = self.short_averages.density_squared();
+        let middle = self.middle_averages.density_squared();
+        let long = self.long_averages.density_squared();
         // One sigma of a mean of squared differences of neighbours, as a share.
         let chance = (3.0 / count).sqrt();
         std::array::from_fn(|axis| {
             let white = (4.0 * long[axis] - short[axis]) / 3.0;
-            let is_at_rest = long[axis] <= (1.0 + SIGMAS * chance) * short[axis];
+            // White noise and counts lie on a line over 1 / length, and do not rise with the length.
+            let expected = long[axis] + (short[axis] - long[axis]) / 3.0;
+            let is_line = (middle[axis] - expected).abs() <= SIGMAS * chance * expected;
+            let is_at_rest = is_line && long[axis] <= (1.0 + SIGMAS * chance) * short[axis];
             (white > 0.0 && is_at_rest).then(|| {
                 let share = 0.5 * 4.0 * long[axis] / (3.0 * white) * chance;
                 (white.sqrt(), share)

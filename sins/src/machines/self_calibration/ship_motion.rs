@@ -53,9 +53,9 @@ impl ShipMotion {
         }
     }
 
-    /// Whether she moves by more than she was said to, horizontally.
+    /// Whether she was seen to move by more than she was said to.
     pub(super) fn is_above_floor(&self) -> bool {
-        (0..2).any(|axis| self.sigma_m_s(axis) > 2.0 * self.floor_m_s)
+        (0..3).any(|axis| self.sigma_m_s(axis) > self.floor_m_s)
     }
 
     /// One-sigma of the axes \[m/s\].
