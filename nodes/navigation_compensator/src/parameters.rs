@@ -180,7 +180,7 @@ pub fn declared() -> ParameterSet<CompensatorParameters> {
         .switch(
             "azimuth_topics",
             |s| &mut s.node.azimuth_topics,
-            "Publish the heading with odometry as compass_interfaces/Azimuth too, on azimuth/enu and azimuth/ned",
+            "Publish the heading with odometry as compass_interfaces/Azimuth too, by ENU and by NED",
         )
         .text(
             "odometry_frame_id",

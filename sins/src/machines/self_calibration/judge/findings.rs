@@ -229,15 +229,19 @@ impl Looked<'_> {
                 about: None,
             });
         }
-        findings.extend(self.noisiest.and_then(|(axis, figure, bound)| {
-            let name = [GYROSCOPE_DRIFT, ACCELEROMETER_BIAS].concat()[axis];
-            Some(Finding {
-                test: Test::Noise,
-                figure,
-                bound,
-                about: Some((model::label(name)?, 0.0, 0.0)),
-            })
-        }));
+        findings.extend(
+            self.noisiest
+                .filter(|_| self.turned)
+                .and_then(|(axis, figure, bound)| {
+                    let name = [GYROSCOPE_DRIFT, ACCELEROMETER_BIAS].concat()[axis];
+                    Some(Finding {
+                        test: Test::Noise,
+                        figure,
+                        bound,
+                        about: Some((model::label(name)?, 0.0, 0.0)),
+                    })
+                }),
+        );
         let Some(testimony) = self.testimony.filter(|_| self.turned) else {
             return findings;
         };
