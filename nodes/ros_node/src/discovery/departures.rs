@@ -98,8 +98,14 @@ fn listen(identity: Identity, environment: &Environment) -> io::Result<UdpSocket
     ears.set_reuse_address(true)?;
     ears.set_reuse_port(true)?;
     ears.bind(&SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, identity.multicast_port()).into())?;
-    for address in local_addresses(environment) {
-        // An interface without multicast announces nobody.
+    // Nothing is joined where multicast is off: what one socket of a host has joined reaches RustDDS' too.
+    let interfaces = netdev::get_interfaces().into_iter();
+    let addresses = interfaces
+        .filter(|interface| interface.is_multicast() || interface.is_loopback())
+        .flat_map(|interface| interface.ipv4)
+        .map(|net| net.addr());
+    for address in addresses.filter(|address| !environment.localhost_only || address.is_loopback())
+    {
         ears.join_multicast_v4(&MULTICAST, &address).ok();
     }
     ears.set_nonblocking(true)?;
