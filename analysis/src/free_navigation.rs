@@ -1,6 +1,7 @@
 //! Free-inertial navigation with a calibration and without it, held against the positions of a record.
 
 use bags::Sample;
+use serde::Serialize;
 use sins::{
     earth::Position,
     machines::navigator::{
@@ -65,6 +66,58 @@ impl Navigated {
     /// How long it navigated \[s\].
     pub fn navigation_s(&self) -> f64 {
         self.last.stamp.seconds_since(self.first.stamp)
+    }
+}
+
+/// The same as figures, by the keys that command line and Python give them.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct NavigationFigures {
+    /// Largest distance with the calibration \[nmi\].
+    pub max_position_error_nmi: f64,
+    /// Without it \[nmi\].
+    pub max_position_error_uncompensated_nmi: f64,
+    /// Last distance with the calibration \[nmi\].
+    pub final_position_error_nmi: f64,
+    /// Without it \[nmi\].
+    pub final_position_error_uncompensated_nmi: f64,
+    /// See [`Navigated::position_std_nmi`].
+    pub position_std_nmi: f64,
+    /// See [`Navigated::alignment_s`].
+    pub alignment_s: f64,
+    /// See [`Navigated::navigation_s`].
+    pub navigation_s: f64,
+    /// Positions that it was held against.
+    pub fixes: u64,
+    /// Samples that were used.
+    pub samples: u64,
+    /// Holes among them.
+    pub gaps: u64,
+    /// Samples that are missing.
+    pub lost_samples: u64,
+    /// Samples that were refused.
+    pub refused_samples: u64,
+    /// Alignments after the first.
+    pub restarts: u64,
+}
+
+impl From<&Navigated> for NavigationFigures {
+    fn from(navigated: &Navigated) -> Self {
+        let counts = &navigated.counts;
+        Self {
+            max_position_error_nmi: navigated.with.largest,
+            max_position_error_uncompensated_nmi: navigated.without.largest,
+            final_position_error_nmi: navigated.with.last,
+            final_position_error_uncompensated_nmi: navigated.without.last,
+            position_std_nmi: navigated.position_std_nmi(),
+            alignment_s: navigated.alignment_s(),
+            navigation_s: navigated.navigation_s(),
+            fixes: navigated.fixes,
+            samples: counts.samples,
+            gaps: counts.gaps,
+            lost_samples: counts.lost,
+            refused_samples: counts.refused(),
+            restarts: counts.restarts,
+        }
     }
 }
 

@@ -29,7 +29,7 @@ mod words;
 
 pub use alignment::Aligner;
 pub use error::Error;
-pub use free_navigation::{Distance, FreeNavigation, Navigated};
+pub use free_navigation::{Distance, FreeNavigation, Navigated, NavigationFigures};
 pub use listener::Listener;
 pub use notes::Notes;
 pub use sensor_source::SensorSource;

@@ -126,15 +126,8 @@ impl Output {
 
     /// What is true now.
     fn write_truth(&mut self, simulator: &Simulator) -> Result<(), bags::Error> {
-        let plant = simulator.plant();
-        let truth = Calibration::ground_truth(
-            plant.now(),
-            &simulator.sensor_errors(),
-            &plant.settings().table_errors,
-            plant.attitude(),
-            plant.ship(),
-        );
-        self.write(self.truth, plant.now(), &truth)
+        let truth = Calibration::ground_truth(simulator);
+        self.write(self.truth, simulator.plant().now(), &truth)
     }
 
     /// The measurements of an interval.

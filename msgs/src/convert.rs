@@ -1,6 +1,6 @@
 //! Messages to samples and back: the one function that both the DDS path and the bag path use.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 use ros2_interfaces::{
     builtin_interfaces::{Duration, Time},
     geometry_msgs::TwistWithCovarianceStamped,
@@ -195,6 +195,27 @@ impl ToMessage<JointState> for JointSample {
             velocity: self.velocity.to_vec(),
             effort: Vec::new(),
         }
+    }
+}
+
+/// A position as a fix that no satellites made, with its covariance (E, N, U) \[m²\].
+pub fn fix_of_position(
+    stamp: Stamp,
+    frame_id: impl Into<String>,
+    position: &Position,
+    covariance: &Matrix3<f64>,
+) -> NavSatFix {
+    NavSatFix {
+        header: header(stamp, frame_id),
+        status: NavSatStatus {
+            status: NavSatStatus::STATUS_FIX,
+            service: NavSatStatus::SERVICE_UNKNOWN,
+        },
+        latitude: position.latitude_rad.to_degrees(),
+        longitude: position.longitude_rad.to_degrees(),
+        altitude: position.height_m,
+        position_covariance: row_major(covariance),
+        position_covariance_type: NavSatFix::COVARIANCE_TYPE_KNOWN,
     }
 }
 

@@ -6,9 +6,7 @@ use ros2_interfaces::nav_msgs::Odometry;
 use ros2_interfaces::sensor_msgs::{NavSatFix, NavSatStatus};
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use sins::machines::self_calibration::named_errors;
-use sins::sensor::errors::SensorErrors;
-use sins::simulation::{PositionFix, ShipState, VelocityFix};
-use sins::table::TableErrors;
+use sins::simulation::{PositionFix, Simulator, VelocityFix};
 use sins::table::scheme::sequencer::{Command, State, Status};
 use sins::time::Stamp;
 
@@ -86,23 +84,19 @@ pub fn odometry_of_block(
 
 impl Calibration {
     /// The truth of a simulated sensor block: no uncertainty.
-    pub fn ground_truth(
-        stamp: Stamp,
-        errors: &SensorErrors,
-        table: &TableErrors,
-        attitude: UnitQuaternion<f64>,
-        ship: &ShipState,
-    ) -> Self {
-        let (names, state): (Vec<&str>, _) = named_errors(errors, table).into_iter().unzip();
+    pub fn ground_truth(simulator: &Simulator) -> Self {
+        let (plant, errors) = (simulator.plant(), simulator.sensor_errors());
+        let (ship, table) = (plant.ship(), &plant.settings().table_errors);
+        let (names, state): (Vec<&str>, _) = named_errors(&errors, table).into_iter().unzip();
         Self {
-            header: header(stamp, IMU_LINK),
+            header: header(plant.now(), IMU_LINK),
             valid: true,
             converged: true,
             gyroscope_drift: errors.gyroscope_drift.into(),
             accelerometer_bias: errors.accelerometer_bias.into(),
             gyroscope_matrix: row_major(&errors.gyroscope_matrix),
             accelerometer_matrix: row_major(&errors.accelerometer_matrix),
-            attitude: attitude.into(),
+            attitude: plant.attitude().into(),
             latitude_deg: ship.latitude_rad.to_degrees(),
             longitude_deg: ship.longitude_rad.to_degrees(),
             height_m: ship.height_m,

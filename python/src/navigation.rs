@@ -2,10 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use analysis::FreeNavigation;
+use analysis::{FreeNavigation, NavigationFigures};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde::Serialize;
 use sins::machines::navigator::NavigatorSettings;
 
 use crate::calibration::Calibration;
@@ -13,23 +12,6 @@ use crate::errors::{Error, Result};
 use crate::settings::with;
 use crate::source::Source;
 use crate::values::to_python;
-
-#[derive(Serialize)]
-struct Report {
-    max_position_error_nmi: f64,
-    max_position_error_uncompensated_nmi: f64,
-    final_position_error_nmi: f64,
-    final_position_error_uncompensated_nmi: f64,
-    position_std_nmi: f64,
-    alignment_s: f64,
-    navigation_s: f64,
-    fixes: u64,
-    samples: u64,
-    gaps: u64,
-    lost_samples: u64,
-    refused_samples: u64,
-    restarts: u64,
-}
 
 /// The settings of :func:`navigate` with their defaults, as nested mappings.
 #[pyfunction]
@@ -54,7 +36,7 @@ pub fn navigate<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let settings: NavigatorSettings = with(&NavigatorSettings::default(), settings)?;
     let calibration = calibration.get().inner().clone();
-    let report = py.detach(|| -> Result<Report> {
+    let figures = py.detach(|| -> Result<NavigationFigures> {
         let mut navigation = FreeNavigation::new(settings, calibration.usable()?)?;
         source.feed(|sample| {
             navigation.push(sample, |_| {})?;
@@ -75,22 +57,7 @@ pub fn navigate<'py>(
                 "no position to hold the navigation against after its start".to_owned(),
             ));
         }
-        let counts = navigated.counts;
-        Ok(Report {
-            max_position_error_nmi: navigated.with.largest,
-            max_position_error_uncompensated_nmi: navigated.without.largest,
-            final_position_error_nmi: navigated.with.last,
-            final_position_error_uncompensated_nmi: navigated.without.last,
-            position_std_nmi: navigated.position_std_nmi(),
-            alignment_s: navigated.alignment_s(),
-            navigation_s: navigated.navigation_s(),
-            fixes: navigated.fixes,
-            samples: counts.samples,
-            gaps: counts.gaps,
-            lost_samples: counts.lost,
-            refused_samples: counts.refused(),
-            restarts: counts.restarts,
-        })
+        Ok(NavigationFigures::from(&navigated))
     })?;
-    to_python(py, &report)
+    to_python(py, &figures)
 }

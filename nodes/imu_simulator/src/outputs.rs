@@ -146,14 +146,7 @@ impl Outputs {
 
     /// The truth as it stands now.
     pub fn publish_truth(&self, simulator: &Simulator) {
-        let plant = simulator.plant();
-        let truth = Calibration::ground_truth(
-            plant.now(),
-            &simulator.sensor_errors(),
-            &plant.settings().table_errors,
-            plant.attitude(),
-            plant.ship(),
-        );
+        let truth = Calibration::ground_truth(simulator);
         self.calibration.publish(truth).left_to_diagnostics();
     }
 

@@ -6,8 +6,10 @@ use nalgebra::{Matrix6, Vector3};
 use ros2_interfaces::compass_interfaces::Azimuth;
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::nav_msgs::Odometry;
-use ros2_interfaces::sensor_msgs::{Imu, NavSatFix, NavSatStatus};
-use rotary_sins_msgs::convert::{header, imu_from_sample, row_major, stamp_from_time};
+use ros2_interfaces::sensor_msgs::{Imu, NavSatFix};
+use rotary_sins_msgs::convert::{
+    fix_of_position, header, imu_from_sample, row_major, stamp_from_time,
+};
 use rotary_sins_msgs::{Calibration as CalibrationMessage, SelfCalibrationEstimate};
 use sins::Stamp;
 use sins::earth::Position;
@@ -162,20 +164,9 @@ pub fn odometry(
 
 /// The position on the globe.
 pub fn fix(stamp: Stamp, solution: &Solution, frame_id: &str) -> NavSatFix {
-    let navigation = &solution.navigation;
     let pose = pose_covariance(&solution.navigation, &solution.covariance);
-    NavSatFix {
-        header: header(stamp, frame_id),
-        status: NavSatStatus {
-            status: NavSatStatus::STATUS_FIX,
-            service: NavSatStatus::SERVICE_UNKNOWN,
-        },
-        latitude: navigation.position.latitude_rad.to_degrees(),
-        longitude: navigation.position.longitude_rad.to_degrees(),
-        altitude: navigation.position.height_m,
-        position_covariance: row_major(&pose.fixed_view::<3, 3>(0, 0).into_owned()),
-        position_covariance_type: NavSatFix::COVARIANCE_TYPE_KNOWN,
-    }
+    let covariance = pose.fixed_view::<3, 3>(0, 0).into_owned();
+    fix_of_position(stamp, frame_id, &solution.navigation.position, &covariance)
 }
 
 /// Velocity over ground, East, North, Up; the angular part is not known here.

@@ -58,43 +58,11 @@ impl FromStr for VelocityReference {
     }
 }
 
-/// Where the noise is taken from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoiseChoice {
-    /// From the covariances of the messages.
-    Messages,
-    /// From the samples at rest.
-    Rest,
-}
-
-impl NoiseChoice {
-    const NAMES: [&str; 2] = ["messages", "rest"];
-}
-
-impl fmt::Display for NoiseChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(Self::NAMES[*self as usize])
-    }
-}
-
-impl FromStr for NoiseChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "messages" => Ok(Self::Messages),
-            "rest" => Ok(Self::Rest),
-            other => Err(format!("'{other}' is none of {}", Self::NAMES.join(", "))),
-        }
-    }
-}
-
 /// The settings of the filter, and what of them is not put together yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterParameters {
     settings: Settings,
     grade: GradeChoice,
-    noise_from: NoiseChoice,
     velocity_reference: VelocityReference,
     moored_sigma_m_s: f64,
     velocity_patience_s: f64,
@@ -123,10 +91,6 @@ impl From<Settings> for FilterParameters {
         let reference = settings.reference;
         Self {
             grade: GradeChoice::from(settings.grade),
-            noise_from: match settings.noise_from {
-                NoiseFrom::Samples => NoiseChoice::Messages,
-                NoiseFrom::Rest => NoiseChoice::Rest,
-            },
             settings,
             velocity_reference,
             moored_sigma_m_s: moored(reference)
@@ -172,10 +136,6 @@ impl FilterParameters {
             },
             grade: self.grade.into(),
             groups: told(self.settings.groups),
-            noise_from: match self.noise_from {
-                NoiseChoice::Messages => NoiseFrom::Samples,
-                NoiseChoice::Rest => NoiseFrom::Rest,
-            },
             encoders: self.settings.encoders.filter(|e| e.sigma_rad > 0.0),
             ..self.settings
         };
@@ -227,8 +187,8 @@ pub fn alignment(base: Settings) -> ParameterSet<FilterParameters> {
         )
         .choice(
             "noise_from",
-            &NoiseChoice::NAMES,
-            |s| &mut s.noise_from,
+            &NoiseFrom::ALL.map(NoiseFrom::name),
+            |s| &mut s.settings.noise_from,
             "The noise is taken from the covariances of the Imu messages, or from the samples of a coarse alignment at rest",
         )
         .number(

@@ -125,22 +125,21 @@ const ROWS: [Row; 17] = [
 ];
 
 /// The same priors, where those that the grade tells are -1 in the unit that people read.
-pub(crate) fn readable(mut priors: GroupPriors) -> GroupPriors {
-    for (_, unit, field, _) in &ROWS {
-        let prior = field(&mut priors);
-        if *prior < 0.0 {
-            *prior = unit.to_si(-1.0);
-        }
-    }
-    priors
+pub(crate) fn readable(priors: GroupPriors) -> GroupPriors {
+    by_grade(priors, |unit| unit.to_si(-1.0))
 }
 
 /// The same priors as the machine's own defaults have those that the grade tells: -1.
-pub(crate) fn told(mut priors: GroupPriors) -> GroupPriors {
-    for (_, _, field, _) in &ROWS {
+pub(crate) fn told(priors: GroupPriors) -> GroupPriors {
+    by_grade(priors, |_| -1.0)
+}
+
+/// Puts another negative number where the grade tells a prior.
+fn by_grade(mut priors: GroupPriors, negative: impl Fn(Unit) -> f64) -> GroupPriors {
+    for (_, unit, field, _) in ROWS {
         let prior = field(&mut priors);
         if *prior < 0.0 {
-            *prior = -1.0;
+            *prior = negative(unit);
         }
     }
     priors

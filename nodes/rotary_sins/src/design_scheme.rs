@@ -8,6 +8,7 @@ use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 use sins::estimation::grade::GroupPriors;
+use sins::machines::self_calibration::ModelChoice;
 use sins::studies::design::{CHAINS, Criterion, Measurements, Physics, Progress, Search, States};
 use sins::table::scheme::{CableLimits, Scheme};
 use sins::table::{Axis, Turntable};
@@ -21,15 +22,6 @@ use crate::{
 
 /// A state of a search is shorter \[bytes\].
 const LONGEST_STATE: u64 = 64 << 20;
-
-/// Which errors are estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ModelChoice {
-    /// The paper's thirteen states
-    Paper,
-    /// Every group of a ring laser and its table
-    Whole,
-}
 
 /// How goals become one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -125,8 +117,8 @@ pub struct Options {
     /// White noise of the sensors
     #[arg(long, value_enum, default_value = "D")]
     noise: Reading,
-    /// Which errors are estimated
-    #[arg(long, value_enum, default_value = "paper")]
+    /// Which errors are estimated: paper (thirteen states) or whole (every group of a ring laser and its table)
+    #[arg(long, default_value_t = ModelChoice::Paper)]
     model: ModelChoice,
     /// A group of the whole model that is left out, by the name of its prior
     #[arg(long = "without", value_name = "PRIOR")]
@@ -248,12 +240,12 @@ impl Options {
             seed: self.seed,
         })
     }
+}
 
-    /// The command without what changes nothing in the result.
-    fn command(&self) -> String {
-        let own: Vec<String> = std::env::args().skip(1).collect();
-        format!("rotary-sins {}", own.join(" "))
-    }
+/// The command as it was given, for the report.
+fn command() -> String {
+    let own: Vec<String> = std::env::args().skip(1).collect();
+    format!("rotary-sins {}", own.join(" "))
 }
 
 fn resumed(path: Option<&Path>, plan: &str) -> anyhow::Result<Progress> {
@@ -338,7 +330,7 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         .chain(&compared)
         .map(|scheme| plan.judge(scheme).map_err(anyhow::Error::from))
         .collect::<Result<_, _>>()?;
-    let report = Report::new(&plan, &progress, &judged, options.command(), per_s)?;
+    let report = Report::new(&plan, &progress, &judged, command(), per_s)?;
     if let Some(path) = &options.output {
         let text = format!("# {}\n{}", report.command, found.to_yaml());
         output::file(path, &text, options.resume.as_deref())?;

@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use analysis::FreeNavigation;
+use analysis::{FreeNavigation, NavigationFigures};
 use anyhow::{Context, ensure};
 use clap::Args;
 use ros_node::ParameterSet;
@@ -53,19 +53,8 @@ impl Group for Navigation {
 
 #[derive(Serialize)]
 struct Report {
-    max_position_error_nmi: f64,
-    max_position_error_uncompensated_nmi: f64,
-    final_position_error_nmi: f64,
-    final_position_error_uncompensated_nmi: f64,
-    position_std_nmi: f64,
-    alignment_s: f64,
-    navigation_s: f64,
-    fixes: u64,
-    samples: u64,
-    gaps: u64,
-    lost_samples: u64,
-    refused_samples: u64,
-    restarts: u64,
+    #[serde(flatten)]
+    figures: NavigationFigures,
     warnings: Vec<String>,
 }
 
@@ -138,21 +127,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         "{}: no position to hold the navigation against after its start",
         bag.path().display()
     );
-    let counts = navigated.counts;
     let report = Report {
-        max_position_error_nmi: navigated.with.largest,
-        max_position_error_uncompensated_nmi: navigated.without.largest,
-        final_position_error_nmi: navigated.with.last,
-        final_position_error_uncompensated_nmi: navigated.without.last,
-        position_std_nmi: navigated.position_std_nmi(),
-        alignment_s: navigated.alignment_s(),
-        navigation_s: navigated.navigation_s(),
-        fixes: navigated.fixes,
-        samples: counts.samples,
-        gaps: counts.gaps,
-        lost_samples: counts.lost,
-        refused_samples: counts.refused(),
-        restarts: counts.restarts,
+        figures: NavigationFigures::from(&navigated),
         warnings: notes.lines,
     };
     report.print(options.json)?;
@@ -164,11 +140,12 @@ impl Report {
         if json {
             return output::json(self);
         }
+        let figures = &self.figures;
         output::text_line(&format!(
             "position error at most {:.3} nmi in {:.0} s ({:.3} nmi without compensation)",
-            self.max_position_error_nmi,
-            self.navigation_s,
-            self.max_position_error_uncompensated_nmi
+            figures.max_position_error_nmi,
+            figures.navigation_s,
+            figures.max_position_error_uncompensated_nmi
         ))
     }
 }

@@ -11,13 +11,9 @@ use anyhow::{Context, bail, ensure};
 use bags::{Bag, BagWriter, NewTopic, WriteOptions};
 use clap::Args;
 use nalgebra::{Matrix6, Vector3};
-use ros2_interfaces::{
-    geometry_msgs::Point,
-    nav_msgs::Odometry,
-    sensor_msgs::{NavSatFix, NavSatStatus},
-};
+use ros2_interfaces::{nav_msgs::Odometry, sensor_msgs::NavSatFix};
 use rotary_sins_msgs::{
-    convert::{header, row_major},
+    convert::{fix_of_position, odometry_of_block, row_major},
     interfaces::topics,
 };
 use serde::Serialize;
@@ -39,11 +35,6 @@ use crate::{calibrate::short, output, sensor_input::SensorInput};
 const MOST_PASSES: u32 = 9;
 /// At most so many are made where nobody says how many.
 const PASSES_BY_ITSELF: u32 = 4;
-
-/// Frame of the poses.
-const MAP: &str = "map";
-/// Frame of the sensor block.
-const IMU_LINK: &str = "imu_link";
 
 /// Passes and smoothing.
 #[derive(Args)]
@@ -246,44 +237,32 @@ fn messages(epoch: &Smoothed, origin: &Position) -> anyhow::Result<(Odometry, Na
     let navigation = &epoch.navigation;
     let covariance = epoch.covariance()?;
     let pose = pose_covariance(navigation, &covariance);
-    let offset = origin.offset_m(&navigation.position);
-    let mut odometry = Odometry {
-        header: header(epoch.stamp, MAP),
-        child_frame_id: IMU_LINK.to_owned(),
-        ..Odometry::default()
-    };
-    odometry.pose.pose.position = Point {
-        x: offset.x,
-        y: offset.y,
-        z: offset.z,
-    };
-    odometry.pose.pose.orientation = navigation.attitude.into();
+    // How fast the block turns is not estimated.
+    let mut odometry = odometry_of_block(
+        epoch.stamp,
+        origin.offset_m(&navigation.position),
+        navigation.attitude,
+        navigation.velocity,
+        Vector3::zeros(),
+    );
     odometry.pose.covariance = row_major(&pose);
-    // The twist is the block's, in its own axes; how fast it turns is not estimated.
-    let to_block = navigation.attitude.inverse();
-    odometry.twist.twist.linear = Vector3::into(to_block * navigation.velocity);
     let [east, north] = VELOCITY;
     let mut velocity = covariance.block_or(&[east, north, VELOCITY_UP], 0.0);
     if covariance.position(VELOCITY_UP).is_none() {
         velocity[(2, 2)] = UNKNOWN_VARIANCE;
     }
-    let turn = to_block.to_rotation_matrix();
+    let turn = navigation.attitude.inverse().to_rotation_matrix();
     let mut twist = Matrix6::from_diagonal_element(UNKNOWN_VARIANCE);
     twist
         .fixed_view_mut::<3, 3>(0, 0)
         .copy_from(&(turn * velocity * turn.transpose()));
     odometry.twist.covariance = row_major(&twist);
-    let fix = NavSatFix {
-        header: header(epoch.stamp, IMU_LINK),
-        status: NavSatStatus {
-            status: NavSatStatus::STATUS_FIX,
-            service: NavSatStatus::SERVICE_UNKNOWN,
-        },
-        latitude: navigation.position.latitude_rad.to_degrees(),
-        longitude: navigation.position.longitude_rad.to_degrees(),
-        altitude: navigation.position.height_m,
-        position_covariance: row_major(&pose.fixed_view::<3, 3>(0, 0).into_owned()),
-        position_covariance_type: NavSatFix::COVARIANCE_TYPE_KNOWN,
-    };
+    let place = pose.fixed_view::<3, 3>(0, 0).into_owned();
+    let fix = fix_of_position(
+        epoch.stamp,
+        odometry.child_frame_id.as_str(),
+        &navigation.position,
+        &place,
+    );
     Ok((odometry, fix))
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 use rustdds::DomainParticipant;
 use socket2::{Domain, Protocol, Socket, Type};
 
-use super::{Identity, MULTICAST, PARTICIPANT_WRITER, leaving, pid};
+use super::{Identity, MULTICAST, PARTICIPANT_WRITER, addresses, leaving, pid};
 use crate::environment::Environment;
 
 /// How often the kernel is asked.
@@ -40,7 +40,8 @@ pub(crate) async fn watch(participant: DomainParticipant, environment: Environme
             return;
         }
     };
-    let own = local_addresses(&environment);
+    let mut own = addresses(&environment, |_| true);
+    own.insert(Ipv4Addr::LOCALHOST);
     let mut known = Known::default();
     let mut period = tokio::time::interval(PERIOD);
     period.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -79,19 +80,6 @@ fn tell(identity: Identity, prefix: Prefix) -> io::Result<()> {
     Ok(())
 }
 
-fn local_addresses(environment: &Environment) -> BTreeSet<Ipv4Addr> {
-    let mut own = BTreeSet::from([Ipv4Addr::LOCALHOST]);
-    if !environment.localhost_only {
-        let interfaces = netdev::get_interfaces().into_iter();
-        own.extend(
-            interfaces
-                .flat_map(|interface| interface.ipv4)
-                .map(|net| net.addr()),
-        );
-    }
-    own
-}
-
 /// A second pair of ears beside those of RustDDS.
 fn listen(identity: Identity, environment: &Environment) -> io::Result<UdpSocket> {
     let ears = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
@@ -99,13 +87,9 @@ fn listen(identity: Identity, environment: &Environment) -> io::Result<UdpSocket
     ears.set_reuse_port(true)?;
     ears.bind(&SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, identity.multicast_port()).into())?;
     // Nothing is joined where multicast is off: what one socket of a host has joined reaches RustDDS' too.
-    let interfaces = netdev::get_interfaces().into_iter();
-    let addresses = interfaces
-        .filter(|interface| interface.is_multicast() || interface.is_loopback())
-        .flat_map(|interface| interface.ipv4)
-        .map(|net| net.addr());
-    for address in addresses.filter(|address| !environment.localhost_only || address.is_loopback())
-    {
+    let is_wanted =
+        |interface: &netdev::Interface| interface.is_multicast() || interface.is_loopback();
+    for address in addresses(environment, is_wanted) {
         ears.join_multicast_v4(&MULTICAST, &address).ok();
     }
     ears.set_nonblocking(true)?;

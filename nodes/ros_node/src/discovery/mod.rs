@@ -10,6 +10,7 @@
 
 pub(crate) mod departures;
 
+use std::collections::BTreeSet;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::time::{Duration, Instant};
@@ -113,20 +114,27 @@ pub(crate) fn meet(participant: &DomainParticipant) {
     }
 }
 
+/// Addresses of this host at such interfaces; the local one alone where nothing may leave it.
+fn addresses(
+    environment: &Environment,
+    is_wanted: impl Fn(&netdev::Interface) -> bool,
+) -> BTreeSet<Ipv4Addr> {
+    if environment.localhost_only {
+        return BTreeSet::from([Ipv4Addr::LOCALHOST]);
+    }
+    let interfaces = netdev::get_interfaces().into_iter().filter(is_wanted);
+    interfaces
+        .flat_map(|interface| interface.ipv4)
+        .map(|net| net.addr())
+        .collect()
+}
+
 /// Tells everybody that the participant is gone; to be called after it was dropped. Where a network cannot be reached,
 /// nobody there has to be told.
 pub(crate) fn farewell(identity: Identity, environment: &Environment) {
-    let interfaces = if environment.localhost_only {
-        vec![Ipv4Addr::LOCALHOST]
-    } else {
-        let all = netdev::get_interfaces().into_iter();
-        all.flat_map(|interface| interface.ipv4)
-            .map(|net| net.addr())
-            .collect()
-    };
     let message = leaving(identity);
     let everybody = SocketAddrV4::new(MULTICAST, identity.multicast_port());
-    for interface in interfaces {
+    for interface in addresses(environment, |_| true) {
         if let Err(error) = multicast(interface, everybody, &message) {
             tracing::debug!("farewell on {interface}: {error}");
         }

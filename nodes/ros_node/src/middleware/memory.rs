@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use super::threads::NAMES;
+use super::threads::is_of_middleware;
 
 /// The largest allocation that a thread of RustDDS may ask for \[bytes\]: no message of ROS on a ship's network is larger.
 const LARGEST: usize = 64 << 20;
@@ -40,18 +40,6 @@ fn stand_still(size: usize) -> ! {
         // Nothing is left to be done here: neither memory nor a panic may come out of an allocator.
         std::thread::sleep(Duration::from_secs(3600));
     }
-}
-
-/// Whether this thread is one of RustDDS's. Asks the kernel, because an allocator may use nothing that allocates.
-#[allow(
-    unsafe_code,
-    reason = "the standard library's name of a thread may allocate"
-)]
-fn is_of_middleware() -> bool {
-    let mut name = [0_u8; 16];
-    // SAFETY: the kernel writes at most 16 bytes, with the zero at the end.
-    let asked = unsafe { libc::prctl(libc::PR_GET_NAME, name.as_mut_ptr()) };
-    asked == 0 && name.starts_with(NAMES.as_bytes())
 }
 
 // SAFETY: everything is left to the allocator of the system.

@@ -10,11 +10,5 @@ mod waits;
 mod watchdog;
 
 pub use memory::BoundedAllocator;
+pub(crate) use threads::is_of_middleware;
 pub(crate) use watchdog::Watchdog;
-
-/// Whether this thread is one of RustDDS's.
-pub(crate) fn is_of_middleware() -> bool {
-    std::thread::current()
-        .name()
-        .is_some_and(|name| name.starts_with(threads::NAMES))
-}

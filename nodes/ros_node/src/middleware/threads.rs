@@ -7,7 +7,19 @@ use std::path::Path;
 /// Threads of this process.
 pub(super) const OWN: &str = "/proc/self/task";
 /// How the names of RustDDS's threads begin.
-pub(super) const NAMES: &str = "RustDDS";
+const NAMES: &str = "RustDDS";
+
+/// Whether this thread is one of RustDDS's. Asks the kernel, because an allocator may use nothing that allocates.
+#[allow(
+    unsafe_code,
+    reason = "the standard library's name of a thread may allocate"
+)]
+pub(crate) fn is_of_middleware() -> bool {
+    let mut name = [0_u8; 16];
+    // SAFETY: the kernel writes at most 16 bytes, with the zero at the end.
+    let asked = unsafe { libc::prctl(libc::PR_GET_NAME, name.as_mut_ptr()) };
+    asked == 0 && name.starts_with(NAMES.as_bytes())
+}
 
 /// What a thread has done so far.
 #[derive(Clone, Debug, PartialEq, Eq)]

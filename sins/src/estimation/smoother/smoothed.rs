@@ -1,6 +1,6 @@
 //! What the whole record says of one epoch in it.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 
 use crate::error::Error;
 use crate::estimation::state::{NamedCovariance, StateLabel, StateList};
@@ -64,23 +64,6 @@ impl Smoothed {
     pub fn sigma(&self, name: &str) -> Option<f64> {
         self.position(name)
             .map(|at| self.element(at, at).max(0.0).sqrt())
-    }
-
-    /// One-sigma of three states.
-    pub fn sigma3(&self, names: &[&str; 3]) -> Option<Vector3<f64>> {
-        let [x, y, z] = names.map(|name| self.sigma(name));
-        Some(Vector3::new(x?, y?, z?))
-    }
-
-    /// The covariance of some states.
-    pub fn block<const K: usize>(&self, names: &[&str; K]) -> Option<SMatrix<f64, K, K>> {
-        let mut positions = [0; K];
-        for (position, name) in positions.iter_mut().zip(names) {
-            *position = self.position(name)?;
-        }
-        Some(SMatrix::from_fn(|row, column| {
-            self.element(positions[row], positions[column])
-        }))
     }
 
     /// The covariance of all smoothed states with their names.

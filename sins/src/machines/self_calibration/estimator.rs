@@ -8,28 +8,23 @@ use serde::{Deserialize, Serialize};
 
 use super::aiding::Aiding;
 use super::alignment::Gathering;
+use super::beginning::Beginning;
 use super::judge::{Evidence, Judge, Witness};
+use super::reference_choice::{GoneOver, LEAST_POSITIONS, by_reference};
 use super::running::Running;
 use super::schedule::Schedule;
-use super::sensor_knowledge::{SensorKnowledge, SensorWalk};
+use super::sensor_knowledge::SensorKnowledge;
 use super::ship_motion::ShipMotion;
 use super::smoothing::Guide;
-use super::{
-    Estimate, Event, ModelChoice, NoiseFrom, Phase, Reference, SampleReport, Settings, Thresholds,
-};
+use super::{Estimate, Event, NoiseFrom, Phase, Reference, SampleReport, Settings, Thresholds};
 use crate::earth::Position;
 use crate::earth::rotation::HeadingPitchRoll;
 use crate::error::Error;
-use crate::estimation::any_filter::AnyFilter;
-use crate::estimation::filter::{ErrorFilter, Loop};
-use crate::estimation::grade::{Grade, azimuth_prior_rad};
 use crate::estimation::measurement::UpdateCounts;
-use crate::estimation::model::Model;
 use crate::estimation::smoother::Tape;
-use crate::estimation::state::StateValues;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
-use crate::sensor::{ImuSample, NoiseDensity, SensorErrors};
+use crate::sensor::ImuSample;
 use crate::stream::order::EpochCause;
 use crate::stream::{Interval, Item, Stream};
 use crate::time::Stamp;
@@ -532,147 +527,6 @@ impl Estimator {
         };
         estimate.phase = estimate.evidence().phase(&self.settings);
         estimate
-    }
-}
-
-/// Variance of the ship's velocity over the mean of the last minutes: waves come in groups.
-const WAVE_GROUPS: f64 = 2.0;
-
-/// So many positions in an alignment can tell how the ship moves.
-const LEAST_POSITIONS: usize = 30;
-
-/// One-sigma of an antenna's arm that was told \[m\].
-const TOLD_ARM_M: f64 = 0.1;
-
-/// A filter that has gone over the alignment's samples, its last update, and the velocities that were missing.
-type GoneOver = Result<(Running, Option<Stamp>, u64), Error>;
-
-/// Goes over the samples with the reference that suits how the ship lies. One that is seen to move is gone over once more: with her
-/// positions where they may be taken and are enough, else with the motion that the coarse alignment left unexplained.
-fn by_reference(
-    reference: Reference,
-    has_positions: bool,
-    residual_m_s: f64,
-    gone_over: &dyn Fn(Reference, Option<ShipMotion>) -> GoneOver,
-) -> GoneOver {
-    let (sigma_m_s, patience_s) = match reference {
-        Reference::Auto {
-            sigma_m_s,
-            patience_s,
-        } => (sigma_m_s, Some(patience_s).filter(|_| has_positions)),
-        Reference::Moored { sigma_m_s } => (sigma_m_s, None),
-        Reference::Measured { .. } | Reference::Position { .. } => {
-            return gone_over(reference, None);
-        }
-    };
-    let lies = Reference::Moored { sigma_m_s };
-    let first = gone_over(lies, None);
-    let moves = first.as_ref().map_or(true, |first| first.0.moves());
-    if let Some(patience_s) = patience_s.filter(|_| moves) {
-        return gone_over(Reference::Position { patience_s }, None);
-    }
-    let motion =
-        |starting_m_s| Some(ShipMotion::new(starting_m_s, sigma_m_s).with_allowance(WAVE_GROUPS));
-    let mut first = first?;
-    if moves && residual_m_s > sigma_m_s {
-        return gone_over(lies, motion(residual_m_s));
-    }
-    first.0.motion = motion(0.0);
-    Ok(first)
-}
-
-/// What a filter begins with.
-struct Beginning<'a> {
-    place: NavigationState,
-    known: Option<&'a SensorKnowledge>,
-    now: Stamp,
-    walk: SensorWalk,
-    noise: NoiseDensity,
-    /// What another pass is linear about, and where it begins.
-    guide: Option<(&'a Guide, NavigationState)>,
-}
-
-impl Beginning<'_> {
-    /// The filter of the model that the settings choose, and one-sigma of its states before anything is known of the sensors.
-    fn any_filter(
-        &self,
-        settings: &Settings,
-        reference: Reference,
-    ) -> Result<(AnyFilter, StateValues), Error> {
-        let (initial, noise) = (&settings.prior, &self.noise);
-        Ok(match settings.model {
-            ModelChoice::Paper => {
-                let model = initial.model();
-                let filter = self.filter(model)?.into();
-                (filter, model.named_prior(&self.place))
-            }
-            ModelChoice::Whole => {
-                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
-                let mut initial = *initial;
-                let [drift, bias] = grade.drift_and_bias();
-                let wider =
-                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
-                wider(&mut initial.gyroscope_drift_rad_s, drift);
-                wider(&mut initial.accelerometer_bias_m_s2, bias);
-                let mut groups = settings.groups.resolved(grade);
-                if !matches!(reference, Reference::Position { .. }) {
-                    groups.antenna_arm_m = 0.0;
-                } else if settings.groups.antenna_arm_m < 0.0 && settings.antenna.arm_m.amax() > 0.0
-                {
-                    groups.antenna_arm_m = TOLD_ARM_M;
-                }
-                let azimuth = azimuth_prior_rad(
-                    &initial.gyroscope_drift_rad_s,
-                    self.place.position.latitude_rad.cos(),
-                );
-                initial.misalignment_rad.z = initial.misalignment_rad.z.max(azimuth);
-                let model = groups.model(&initial);
-                let filter = self.filter(model)?;
-                let filter = filter.with_turn_noise(groups.turn_noise).into();
-                (filter, model.named_prior(&self.place))
-            }
-        })
-    }
-
-    fn filter<G: Model<M, N>, const M: usize, const N: usize>(
-        &self,
-        model: G,
-    ) -> Result<ErrorFilter<G, M, N>, Error> {
-        let (errors, covariance) = self.known.map_or_else(
-            || {
-                let prior = model.initial_covariance(&self.place);
-                (SensorErrors::default(), prior)
-            },
-            |known| {
-                let prior = known.prior(&model, &self.place, self.now, &self.walk);
-                (known.errors, prior)
-            },
-        );
-        let filter = ErrorFilter::new(
-            model,
-            self.place,
-            &errors,
-            covariance,
-            self.noise,
-            Loop::Open,
-        )?;
-        let table = self.known.map(|known| known.table).unwrap_or_default();
-        let filter = filter.with_table(table);
-        let Some((guide, place)) = self.guide else {
-            return Ok(filter);
-        };
-        let mut guided = ErrorFilter::new(
-            model,
-            place,
-            &guide.errors,
-            covariance,
-            self.noise,
-            Loop::Open,
-        )?
-        .with_table(guide.table)
-        .with_antenna(guide.antenna_arm_m);
-        guided.believe(&filter);
-        Ok(guided)
     }
 }
 

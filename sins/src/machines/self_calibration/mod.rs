@@ -16,6 +16,7 @@
 
 mod aiding;
 mod alignment;
+mod beginning;
 mod calibration_check;
 mod calibration_record;
 mod encoders;
@@ -25,6 +26,7 @@ mod event;
 mod further_errors;
 mod judge;
 mod noise_at_rest;
+mod reference_choice;
 mod rest;
 mod running;
 mod schedule;

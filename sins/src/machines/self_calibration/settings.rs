@@ -100,6 +100,36 @@ pub enum NoiseFrom {
     Rest,
 }
 
+impl NoiseFrom {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Samples, Self::Rest];
+
+    /// The name that the command line and parameters carry.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "messages",
+            Self::Rest => "rest",
+        }
+    }
+}
+
+impl std::fmt::Display for NoiseFrom {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for NoiseFrom {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::ALL
+            .into_iter()
+            .find(|source| source.name() == text)
+            .ok_or_else(|| Error::setting("noise_from", text, "messages or rest"))
+    }
+}
+
 /// Everything that self-calibration can be told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
