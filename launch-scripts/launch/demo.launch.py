@@ -6,18 +6,17 @@ Everything ends where the simulation ends, or where a node does.
 """
 
 import pathlib
+import runpy
+import types
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch.actions import OpaqueFunction, Shutdown
+
+suite = types.SimpleNamespace(**runpy.run_path(str(pathlib.Path(__file__).with_name("suite.py"))))
 
 # Argument: type of its value, what it is. Empty: as the parameter files say.
 ARGUMENTS = {
-    "namespace": (str, "Namespace of all nodes and topics"),
-    "params_file": (str, "Parameter file that goes before those of the package"),
-    "log_level": (str, "debug, info, warn or error"),
+    **suite.COMMON,
     "speed": (float, "Simulated seconds a second"),
     "heading_deg": (float, "Heading of the ship"),
     "scheme": (str, "Name or YAML file"),
@@ -25,28 +24,11 @@ ARGUMENTS = {
 
 
 def start(context):
-    given = {}
-    for name, (kind, _) in ARGUMENTS.items():
-        text = LaunchConfiguration(name).perform(context)
-        if text:
-            given[name] = kind(text)
-    file = given.get("params_file")
-    if file and not pathlib.Path(file).is_file():
-        raise RuntimeError(f"params_file: {file} is no file")
+    given = suite.given(context, ARGUMENTS)
 
     def node(name, *arguments, **parameters):
-        config = PathJoinSubstitution([FindPackageShare("rotary_sins"), "config", name + ".yaml"])
         told = {argument: given[argument] for argument in arguments if argument in given}
-        return Node(
-            package="rotary_sins",
-            executable=name,
-            name=name,
-            namespace=given.get("namespace", ""),
-            output="screen",
-            parameters=[config, *filter(None, (parameters, file, told))],
-            ros_arguments=["--log-level", given.get("log_level", "info")],
-            on_exit=Shutdown(reason=f"{name} has ended"),
-        )
+        return suite.node(name, given, ours=parameters, told=told, on_exit=Shutdown(reason=f"{name} has ended"))
 
     return [
         node("imu_simulator", "speed", "heading_deg"),
@@ -58,8 +40,4 @@ def start(context):
 
 
 def generate_launch_description():
-    arguments = [
-        DeclareLaunchArgument(name, default_value="", description=description)
-        for name, (_, description) in ARGUMENTS.items()
-    ]
-    return LaunchDescription([*arguments, OpaqueFunction(function=start)])
+    return LaunchDescription([*suite.declared(ARGUMENTS), OpaqueFunction(function=start)])

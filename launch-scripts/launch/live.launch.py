@@ -13,12 +13,14 @@ where checkpoint_folder names a place for it.
 """
 
 import pathlib
+import runpy
+import types
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown, TimerAction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
+from launch.substitutions import LaunchConfiguration
+
+suite = types.SimpleNamespace(**runpy.run_path(str(pathlib.Path(__file__).with_name("suite.py"))))
 
 # Argument: name in the suite, what it is.
 TOPICS = {
@@ -37,9 +39,7 @@ TOPICS = {
 }
 # Argument: type of its value, what it is. Empty: as the parameter files say.
 ARGUMENTS = {
-    "namespace": (str, "Namespace of all nodes and topics"),
-    "params_file": (str, "Parameter file that goes before those of the package"),
-    "log_level": (str, "debug, info, warn or error"),
+    **suite.COMMON,
     "scheme": (str, "Name or YAML file"),
     "table_interface": (str, "topic or action"),
     "outer_axis": (str, "Block axis of the outer joint"),
@@ -58,18 +58,10 @@ PAUSE_S = 2.0
 
 
 def start(context):
-    given = {}
-    for name, (kind, _) in ARGUMENTS.items():
-        text = LaunchConfiguration(name).perform(context)
-        if text:
-            given[name] = kind(text)
-    file = given.get("params_file")
-    if file and not pathlib.Path(file).is_file():
-        raise RuntimeError(f"params_file: {file} is no file")
+    given = suite.given(context, ARGUMENTS)
     folder = given.get("checkpoint_folder")
 
     def node(name, *arguments, keeps=False):
-        config = PathJoinSubstitution([FindPackageShare("rotary_sins"), "config", name + ".yaml"])
         told = {argument: given[argument] for argument in arguments if argument in given}
         if keeps and folder:
             told["checkpoint_file"] = str(pathlib.Path(folder) / (name + ".checkpoint"))
@@ -80,17 +72,8 @@ def start(context):
             told_why = f"{name} has ended with status {event.returncode} and is started again"
             return [LogInfo(msg=told_why), TimerAction(period=PAUSE_S, actions=[node(name, *arguments, keeps=keeps)])]
 
-        return Node(
-            package="rotary_sins",
-            executable=name,
-            name=name,
-            namespace=given.get("namespace", ""),
-            output="screen",
-            parameters=[config, *filter(None, (file, told))],
-            remappings=[(default, LaunchConfiguration(argument)) for argument, (default, _) in TOPICS.items()],
-            ros_arguments=["--log-level", given.get("log_level", "info")],
-            on_exit=ended,
-        )
+        remappings = [(default, LaunchConfiguration(argument)) for argument, (default, _) in TOPICS.items()]
+        return suite.node(name, given, told=told, remappings=remappings, on_exit=ended)
 
     return [
         node("scheme_sequencer", "scheme", "table_interface", *AXES, keeps=True),
@@ -104,8 +87,4 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, (default, description) in TOPICS.items()
     ]
-    arguments = [
-        DeclareLaunchArgument(name, default_value="", description=description)
-        for name, (_, description) in ARGUMENTS.items()
-    ]
-    return LaunchDescription([*topics, *arguments, OpaqueFunction(function=start)])
+    return LaunchDescription([*topics, *suite.declared(ARGUMENTS), OpaqueFunction(function=start)])

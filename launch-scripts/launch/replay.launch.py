@@ -7,12 +7,15 @@ last message.
 """
 
 import pathlib
+import runpy
+import types
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown, TimerAction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackagePrefix, FindPackageShare
+from launch_ros.substitutions import FindPackagePrefix
+
+suite = types.SimpleNamespace(**runpy.run_path(str(pathlib.Path(__file__).with_name("suite.py"))))
 
 # What sensors and ship said. What nodes said in the recorded run is not played: they say it anew.
 # Argument: name in the suite, name in the bag by default, what it is.
@@ -25,40 +28,27 @@ TOPICS = {
 }
 # Argument: type of its value, what it is. Empty: as the parameter files say.
 ARGUMENTS = {
-    "namespace": (str, "Namespace of all nodes and of what they publish"),
-    "params_file": (str, "Parameter file that goes before those of the package"),
-    "log_level": (str, "debug, info, warn or error"),
+    **suite.COMMON,
     "outer_axis": (str, "Block axis of the outer joint"),
     "inner_axis": (str, "Block axis of the inner joint"),
     "velocity_reference": (str, "moored, measured, position or auto: what the filter takes for the ship's velocity"),
     "angle_random_walk_deg_per_sqrt_hour": (float, "Noise of the gyroscopes, where the samples do not tell it"),
     "velocity_random_walk_ug_per_sqrt_hz": (float, "Noise of the accelerometers, where the samples do not tell it"),
 }
-PARAMETERS = tuple(ARGUMENTS)[3:]
+PARAMETERS = tuple(ARGUMENTS)[len(suite.COMMON) :]
 
 
 def start(context):
-    given = {}
-    for name, (kind, _) in ARGUMENTS.items():
-        text = LaunchConfiguration(name).perform(context)
-        if text:
-            given[name] = kind(text)
-    file = given.get("params_file")
-    if file and not pathlib.Path(file).is_file():
-        raise RuntimeError(f"params_file: {file} is no file")
+    given = suite.given(context, ARGUMENTS)
     told = {name: given[name] for name in PARAMETERS if name in given}
 
     def node(name):
-        config = PathJoinSubstitution([FindPackageShare("rotary_sins"), "config", name + ".yaml"])
-        return Node(
-            package="rotary_sins",
-            executable=name,
-            name=name,
-            namespace=given.get("namespace", ""),
-            output="screen",
-            parameters=[config, {"use_sim_time": True}, *filter(None, (file, told))],
-            remappings=[(name, LaunchConfiguration(argument)) for argument, (name, _, _) in TOPICS.items()],
-            ros_arguments=["--log-level", given.get("log_level", "info")],
+        return suite.node(
+            name,
+            given,
+            ours={"use_sim_time": True},
+            told=told,
+            remappings=[(topic, LaunchConfiguration(argument)) for argument, (topic, _, _) in TOPICS.items()],
             on_exit=Shutdown(reason=f"{name} has ended"),
         )
 
@@ -96,17 +86,13 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value=default, description=description + ", as the bag names it")
         for name, (_, default, description) in TOPICS.items()
     ]
-    arguments = [
-        DeclareLaunchArgument(name, default_value="", description=description)
-        for name, (_, description) in ARGUMENTS.items()
-    ]
     return LaunchDescription(
         [
             DeclareLaunchArgument("bag", description="MCAP file or rosbag2 folder"),
             DeclareLaunchArgument("rate", default_value="1", description="Multiple of real time; 0 or max: at most"),
             DeclareLaunchArgument("linger_s", default_value="5.0", description="Time for the nodes after the last message"),
             *topics,
-            *arguments,
+            *suite.declared(ARGUMENTS),
             OpaqueFunction(function=start),
         ]
     )
