@@ -13,7 +13,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 prefix=${1:-target/install}
 # Whoever may write here decides what moves the table.
 umask 022
-executables=(imu_simulator scheme_sequencer self_calibrator navigation_compensator rotary-sins)
+# The list that colcon goes by too.
+installed() { sed -n "s/^$1 //p" nodes/rotary_sins/installed.txt; }
 
 command -v cargo >/dev/null || {
     echo "install.sh: cargo is missing; install a Rust toolchain, see https://rustup.rs" >&2
@@ -29,14 +30,13 @@ index=$share/ament_index/resource_index
 
 install -d "$prefix/lib/rotary_sins" "$share/rotary_sins" "$share/rotary_sins_msgs" \
     "$index/packages" "$index/package_run_dependencies" "$index/rosidl_interfaces"
-for name in "${executables[@]}"; do
+installed lib | while read -r name; do
     install -m 755 "$target/release/$name" "$prefix/lib/rotary_sins/$name"
 done
 
 # The package of nodes, launch files and parameters.
 install -m 644 nodes/rotary_sins/package.xml "$share/rotary_sins/package.xml"
-for folder in launch config layouts urdf; do
-    [ -d "launch-scripts/$folder" ] || continue
+installed share | while read -r folder; do
     rm -rf "${share:?}/rotary_sins/$folder"
     cp -R "launch-scripts/$folder" "$share/rotary_sins/$folder"
 done

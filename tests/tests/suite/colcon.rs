@@ -54,13 +54,13 @@ fn colcon_builds_both_packages() {
     symlink(repository(), workspace.join("src/rotary_sins")).unwrap();
     // A working tree has what a clone has not: environments and prefixes of other tests.
     fs::write(target_directory().join("COLCON_IGNORE"), "").unwrap();
-    // What cargo has built for these tests is not built once more.
-    fs::create_dir(workspace.join("build")).unwrap();
-    symlink(target_directory(), workspace.join("build/rotary_sins")).unwrap();
     let colcon = |arguments: &str| {
-        let bin = environment.join("bin");
-        let bin = bin.display();
-        let line = format!("PATH='{bin}':\"$PATH\" COLCON_LOG_PATH=log '{bin}/colcon' {arguments}");
+        // What cargo has built for these tests is not built once more.
+        let line = format!(
+            "CARGO_TARGET_DIR='{}' PATH='{bin}':\"$PATH\" COLCON_LOG_PATH=log '{bin}/colcon' {arguments}",
+            target_directory().display(),
+            bin = environment.join("bin").display(),
+        );
         sourced(ros, &workspace, &line).stdout
     };
 
@@ -70,8 +70,7 @@ fn colcon_builds_both_packages() {
         ["rotary_sins", "rotary_sins_msgs"]
     );
     colcon(&format!(
-        "build --cargo-args --release --workspace --bins \
-         --cmake-args -GNinja -DBUILD_TESTING=OFF -Wno-dev -DPython3_EXECUTABLE='{}'",
+        "build --cmake-args -GNinja -DBUILD_TESTING=OFF -Wno-dev -DPython3_EXECUTABLE='{}'",
         python.display()
     ));
 
@@ -94,7 +93,7 @@ fn colcon_builds_both_packages() {
     assert_eq!(fs::read(share.join("package.xml")).unwrap(), package);
     let index = prefix.join("share/ament_index/resource_index");
     assert!(index.join("packages/rotary_sins").is_file());
-    // What stands there is offered as a patch to every crate that colcon builds afterwards.
+    // What stands there is offered as a patch to every crate that colcon builds afterwards, where it knows crates.
     assert!(!index.join("rust_packages").exists());
 
     // What a user does next.
@@ -113,4 +112,43 @@ fn colcon_builds_both_packages() {
         installed.display()
     );
     assert_eq!(answer.stdout.lines().last().unwrap(), expected);
+}
+
+/// A colcon that knows crates, which the one of these tests does not, finds none of ours: those that are no package are marked.
+#[test]
+fn crates_that_are_no_package_are_ignored() {
+    let root = repository();
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).unwrap();
+    let members = manifest.split("members = [").nth(1).unwrap();
+    let members = members.split(']').next().unwrap();
+    let members: Vec<_> = members.split('"').skip(1).step_by(2).collect();
+    let is_seen = |member: &&str| {
+        let mut folders = Path::new(member).ancestors();
+        !folders.any(|folder| root.join(folder).join("COLCON_IGNORE").exists())
+    };
+    let seen: BTreeSet<_> = members.into_iter().filter(is_seen).collect();
+    assert_eq!(seen, BTreeSet::from(["msgs", "nodes/rotary_sins"]));
+}
+
+/// Where there is no cargo, the package says so, and how to get it.
+#[test]
+fn without_cargo_the_build_says_so() {
+    let Some(python) = peer_python("kilted") else {
+        return;
+    };
+    let ros = python.ancestors().nth(2).unwrap();
+    let folder = scratch("without_cargo");
+    let line = format!(
+        "! cmake -GNinja -S '{}' -B . -DCMAKE_FIND_USE_SYSTEM_ENVIRONMENT_PATH=OFF -DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF \
+         -DCMAKE_MAKE_PROGRAM='{}/bin/ninja' -DPython3_EXECUTABLE='{}'",
+        repository().join("nodes/rotary_sins").display(),
+        ros.display(),
+        python.display(),
+    );
+    let answer = sourced(ros, &folder, &line);
+    assert!(
+        answer.stderr.contains("cargo is missing"),
+        "{}",
+        answer.stderr
+    );
 }
