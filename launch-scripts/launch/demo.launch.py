@@ -27,8 +27,7 @@ def start(context):
     given = suite.given(context, ARGUMENTS)
 
     def node(name, *arguments, **parameters):
-        told = {argument: given[argument] for argument in arguments if argument in given}
-        return suite.node(name, given, ours=parameters, told=told, on_exit=Shutdown(reason=f"{name} has ended"))
+        return suite.node(name, given, *arguments, ours=parameters, on_exit=Shutdown(reason=f"{name} has ended"))
 
     return [
         node("imu_simulator", "speed", "heading_deg"),

@@ -59,12 +59,13 @@ PAUSE_S = 2.0
 
 def start(context):
     given = suite.given(context, ARGUMENTS)
-    folder = given.get("checkpoint_folder")
+    folder = given["checkpoint_folder"]
+    remappings = [(default, LaunchConfiguration(argument)) for argument, (default, _) in TOPICS.items()]
 
     def node(name, *arguments, keeps=False):
-        told = {argument: given[argument] for argument in arguments if argument in given}
+        kept = None
         if keeps and folder:
-            told["checkpoint_file"] = str(pathlib.Path(folder) / (name + ".checkpoint"))
+            kept = {"checkpoint_file": str(pathlib.Path(folder) / (name + ".checkpoint"))}
 
         def ended(event, _):
             if event.returncode in (0, UNUSABLE):
@@ -72,8 +73,7 @@ def start(context):
             told_why = f"{name} has ended with status {event.returncode} and is started again"
             return [LogInfo(msg=told_why), TimerAction(period=PAUSE_S, actions=[node(name, *arguments, keeps=keeps)])]
 
-        remappings = [(default, LaunchConfiguration(argument)) for argument, (default, _) in TOPICS.items()]
-        return suite.node(name, given, told=told, remappings=remappings, on_exit=ended)
+        return suite.node(name, given, *arguments, kept=kept, remappings=remappings, on_exit=ended)
 
     return [
         node("scheme_sequencer", "scheme", "table_interface", *AXES, keeps=True),

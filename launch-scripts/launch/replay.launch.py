@@ -40,14 +40,13 @@ PARAMETERS = tuple(ARGUMENTS)[len(suite.COMMON) :]
 
 def start(context):
     given = suite.given(context, ARGUMENTS)
-    told = {name: given[name] for name in PARAMETERS if name in given}
 
     def node(name):
         return suite.node(
             name,
             given,
+            *PARAMETERS,
             ours={"use_sim_time": True},
-            told=told,
             remappings=[(topic, LaunchConfiguration(argument)) for argument, (topic, _, _) in TOPICS.items()],
             on_exit=Shutdown(reason=f"{name} has ended"),
         )

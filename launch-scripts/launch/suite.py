@@ -1,4 +1,4 @@
-"""What the launch files of this folder have in common. They run it from beside them, in the source tree as in a prefix."""
+"""What the launch files of this folder have in common. They run it by its place beside them, in a prefix or not."""
 
 import pathlib
 
@@ -24,29 +24,29 @@ def declared(arguments):
 
 
 def given(context, arguments):
-    """Values of those that are not empty, by name."""
+    """Their values by name; None: empty."""
     values = {}
     for name, (kind, _) in arguments.items():
         text = LaunchConfiguration(name).perform(context)
-        if text:
-            values[name] = kind(text)
-    file = values.get("params_file")
+        values[name] = kind(text) if text else None
+    file = values["params_file"]
     if file and not pathlib.Path(file).is_file():
         raise RuntimeError(f"params_file: {file} is no file")
     return values
 
 
-def node(name, values, *, ours=None, told=None, remappings=(), on_exit):
-    """A node with its file of parameters, then what the launch file says, the user's file, and the user's arguments."""
+def node(name, values, *arguments, ours=None, kept=None, remappings=(), on_exit):
+    """A node with its parameters: its file, ours, the user's file, these arguments, where it keeps its state."""
     config = PathJoinSubstitution([FindPackageShare("rotary_sins"), "config", name + ".yaml"])
+    told = {argument: values[argument] for argument in arguments if values[argument] is not None}
     return Node(
         package="rotary_sins",
         executable=name,
         name=name,
-        namespace=values.get("namespace", ""),
+        namespace=values["namespace"] or "",
         output="screen",
-        parameters=[config, *filter(None, (ours, values.get("params_file"), told))],
+        parameters=[config, *filter(None, (ours, values["params_file"], told, kept))],
         remappings=remappings,
-        ros_arguments=["--log-level", values.get("log_level", "info")],
+        ros_arguments=["--log-level", values["log_level"] or "info"],
         on_exit=on_exit,
     )
