@@ -109,6 +109,8 @@ impl Node {
             managed,
             limits: _,
             types,
+            shutdown,
+            ready,
         } = startup;
         let creating = |what: String| {
             move |error: &dyn std::fmt::Display| Error::Create {
@@ -142,9 +144,9 @@ impl Node {
                 graph: Graph::new(),
                 clock: clock.clone(),
                 diagnostics: Diagnostics::default(),
-                shutdown: Shutdown::default(),
+                shutdown,
                 lifecycle: Lifecycle::new(),
-                ready: watch::Sender::new(false),
+                ready,
                 endpoints: Mutex::default(),
                 overflows: Mutex::default(),
                 parties: Parties::default(),
