@@ -27,9 +27,6 @@ const BATCH: u32 = 200;
 const CLOCK_PERIOD: Duration = Duration::from_millis(20);
 /// A subscriber that is matched on our side may still have to match us on its own.
 const MATCH_SETTLE: Duration = Duration::from_millis(500);
-/// Time in which the last samples are acknowledged before the node ends.
-const LAST_WORDS: Duration = Duration::from_secs(1);
-
 /// Time to give a goal up: it needs none.
 const ENDING: Duration = Duration::from_secs(3);
 
@@ -166,7 +163,7 @@ async fn simulate(
                     "finished after {} s of simulated time",
                     now.seconds_since(begin)
                 );
-                tokio::time::sleep(LAST_WORDS).await;
+                node.repeat_what_was_missed().await;
                 return;
             }
             if pacer

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use ros2_interfaces::Registry;
+use tokio::sync::watch;
 
 use crate::environment::Environment;
 use crate::error::{Error, Result};
@@ -11,6 +12,7 @@ use crate::names::{NodeIdentity, remap_node};
 use crate::node::Node;
 use crate::parameters::{self, HARDWARE_ID, NODE, Parameter, Parameters};
 use crate::ros_args::RosArgs;
+use crate::shutdown::Shutdown;
 use crate::supervisor::Limits;
 
 /// Time of a main function from the request to end to its end.
@@ -44,6 +46,9 @@ pub(crate) struct Startup {
     pub(crate) managed: bool,
     pub(crate) limits: Limits,
     pub(crate) types: Registry,
+    pub(crate) shutdown: Shutdown,
+    /// Whether the start is over.
+    pub(crate) ready: watch::Sender<bool>,
 }
 
 impl NodeBuilder {
@@ -224,6 +229,8 @@ impl NodeBuilder {
             managed: self.managed,
             limits: self.limits,
             types: self.types,
+            shutdown: Shutdown::default(),
+            ready: watch::Sender::new(false),
         })
     }
 

@@ -15,6 +15,7 @@ use crate::logging;
 use crate::middleware::{Watchdog, is_of_middleware};
 use crate::node::Node;
 use crate::ros_args::RosArgs;
+use crate::shutdown::Shutdown;
 use crate::supervisor::{Failure, Signals, Supervisor};
 
 /// Time in which reliable subscribers can ask again for what they missed, before the publishers go.
@@ -149,10 +150,11 @@ where
     let environment = startup.environment.clone();
     let limits = startup.limits;
     let signals = Signals::listen()?;
+    let shutdown = startup.shutdown.clone();
+    end_on_panic(shutdown.clone());
+    let watchdog = Watchdog::start(shutdown.clone(), startup.ready.subscribe(), limits, FAILED);
     let node = Node::start(startup).map_err(Failure::Start)?;
-    end_on_panic(&node);
-    let signals = signals.of(node.shutdown_handle().clone());
-    let watchdog = Watchdog::start(node.shutdown_handle().clone(), limits, FAILED);
+    let signals = signals.of(shutdown);
     let autostart = !managed || node.parameter(LIFECYCLE_AUTOSTART).unwrap_or(true);
     let mut supervisor = Supervisor::new(node.clone(), main, signals, limits, autostart);
     let outcome = supervisor.work().await;
@@ -178,8 +180,7 @@ where
 }
 
 /// A panic anywhere becomes a FATAL line and the end of the node, instead of one that goes on by half.
-fn end_on_panic(node: &Node) {
-    let shutdown = node.shutdown_handle().clone();
+fn end_on_panic(shutdown: Shutdown) {
     std::panic::set_hook(Box::new(move |panic| {
         PANIC.store(true, Ordering::SeqCst);
         let payload = panic.payload();

@@ -22,8 +22,6 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const QUIET: Duration = Duration::from_millis(1500);
 /// Without `--wait-for` and without any subscriber: begin after so long.
 const LONELY: Duration = Duration::from_secs(5);
-/// After the last message: for subscribers to ask again for what they missed.
-const AFTERWARDS: Duration = Duration::from_millis(800);
 /// A player that was held up for longer goes on from where it is: what it sent faster to catch up, subscribers would lose.
 const MOST_LATE: Duration = Duration::from_millis(100);
 /// `/clock` comes at most so often, in simulated time \[ns\] ...
@@ -152,7 +150,11 @@ async fn play(node: &Node, bag: &Bag, options: &Options) -> anyhow::Result<()> {
     node.set_ready();
     // The end of the process may be asked for at any time; what was sent until then is told all the same.
     let is_whole = tokio::select! {
-        result = player.play(&selection, options) => result.map(|()| true)?,
+        result = async {
+            player.play(&selection, options).await?;
+            node.repeat_what_was_missed().await;
+            anyhow::Ok(())
+        } => result.map(|()| true)?,
         () = node.shutdown() => false,
     };
     player.sum_up()?;
@@ -172,7 +174,6 @@ impl Player<'_> {
                 break;
             }
         }
-        tokio::time::sleep(AFTERWARDS).await;
         Ok(())
     }
 

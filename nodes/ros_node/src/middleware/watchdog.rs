@@ -9,12 +9,15 @@
 //! - **Memory is beyond its bound** ([`super::memory`]).
 //!
 //! Then the node ends with a FATAL line and status 1, so that a supervisor starts it again. What it keeps of its state is written,
-//! where its own thread still works; where that hangs too, the process ends all the same.
+//! where its own thread still works; where that hangs too, the process ends all the same. It looks before the node has joined the
+//! domain: while a node starts, its own thread waits for those of RustDDS, and nobody else would notice that it waits for good.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
+
+use tokio::sync::watch;
 
 use super::memory;
 use super::threads::{self, Thread};
@@ -42,33 +45,27 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    /// Takes the threads that are there now. Where the main function has not ended within its limit, the process is ended.
-    pub(crate) fn start(shutdown: Shutdown, limits: Limits, status: u8) -> Self {
+    /// To be called before the participant is made. `ready` says that the node has started. Where the main function has not ended
+    /// within its limit, the process is ended.
+    pub(crate) fn start(
+        shutdown: Shutdown,
+        ready: watch::Receiver<bool>,
+        limits: Limits,
+        status: u8,
+    ) -> Self {
         let (told, orders) = sync_channel(0);
-        let watch = match threads::of_middleware(Path::new(threads::OWN)) {
-            Ok(threads) if threads.len() >= 2 => Watch::new(threads),
-            Ok(threads) => {
-                tracing::error!(
-                    "{} threads of RustDDS are there, expected two: nobody notices where they end",
-                    threads.len()
-                );
-                return Self { _told: told };
-            }
-            Err(error) => {
-                tracing::warn!(
-                    "{}: {error}: nobody notices where the middleware ends",
-                    threads::OWN
-                );
-                return Self { _told: told };
-            }
-        };
-        let limit = limits.ending.unwrap_or(LONGEST) + REST;
         let thread = std::thread::Builder::new().name("watchdog".to_owned());
         let begun = thread.spawn(move || {
-            if let Some(reason) = look_after(watch, limits.memory, &orders) {
+            if let Some(reason) = look_after(&ready, limits.memory, &orders) {
                 logging::fatal(&reason);
                 shutdown.break_down();
-                end_at_last(&orders, limit, status);
+                // A node that has not started has nothing to put in order.
+                let limit = if *ready.borrow() {
+                    limits.ending.unwrap_or(LONGEST)
+                } else {
+                    Duration::ZERO
+                };
+                end_at_last(&orders, limit + REST, status);
             }
         });
         if let Err(error) = begun {
@@ -79,7 +76,9 @@ impl Watchdog {
 }
 
 /// Why the middleware does not work any more; `None` where the node ends before.
-fn look_after(mut watch: Watch, memory: u64, orders: &Receiver<()>) -> Option<String> {
+fn look_after(ready: &watch::Receiver<bool>, memory: u64, orders: &Receiver<()>) -> Option<String> {
+    let mut threads = Watch::default();
+    let mut has_started = false;
     let mut look = 0_u32;
     loop {
         look = look.wrapping_add(1);
@@ -90,11 +89,32 @@ fn look_after(mut watch: Watch, memory: u64, orders: &Receiver<()>) -> Option<St
         if let Some(reason) = memory::beyond(memory) {
             return Some(reason);
         }
-        // What cannot be read now can be at the next look.
-        if look.is_multiple_of(LOOKS)
-            && let Ok(now) = threads::of_middleware(Path::new(threads::OWN))
-            && let Some(reason) = watch.look(&now)
-        {
+        if !look.is_multiple_of(LOOKS) {
+            continue;
+        }
+        let now = match threads::of_middleware(Path::new(threads::OWN)) {
+            Ok(now) => now,
+            // What cannot be read now can be at the next look.
+            Err(error) if threads.is_empty() => {
+                tracing::warn!(
+                    "{}: {error}: nobody notices where the middleware ends",
+                    threads::OWN
+                );
+                continue;
+            }
+            Err(_) => continue,
+        };
+        if !has_started {
+            threads.meet(&now);
+            has_started = *ready.borrow();
+            if has_started && threads.len() < 2 {
+                tracing::error!(
+                    "{} threads of RustDDS are there, expected two: nobody notices where they end",
+                    threads.len()
+                );
+            }
+        }
+        if let Some(reason) = threads.look(&now) {
             return Some(reason);
         }
     }
@@ -112,19 +132,26 @@ fn end_at_last(orders: &Receiver<()>, limit: Duration, status: u8) {
 }
 
 /// What was seen of the threads.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Watch {
     threads: BTreeMap<u32, (Thread, u32)>,
 }
 
 impl Watch {
-    fn new(threads: BTreeMap<u32, Thread>) -> Self {
-        let threads = threads
-            .into_iter()
-            .map(|(number, thread)| (number, (thread, 0)));
-        Self {
-            threads: threads.collect(),
+    /// Looks after these too from now on.
+    fn meet(&mut self, now: &BTreeMap<u32, Thread>) {
+        for (number, thread) in now {
+            let begin = || (thread.clone(), 0);
+            self.threads.entry(*number).or_insert_with(begin);
         }
+    }
+
+    fn len(&self) -> usize {
+        self.threads.len()
+    }
+
+    fn is_empty(&self) -> bool {
+        self.threads.is_empty()
     }
 
     /// Why the middleware does not work any more, where that is so.
@@ -169,7 +196,8 @@ mod tests {
     #[test]
     fn a_thread_that_has_ended_is_told() {
         let asleep = || status("S (sleeping)", 1);
-        let mut watch = Watch::new(seen(asleep(), Some(asleep())));
+        let mut watch = Watch::default();
+        watch.meet(&seen(asleep(), Some(asleep())));
         assert_eq!(watch.look(&seen(asleep(), Some(asleep()))), None);
         let told = watch.look(&seen(asleep(), None)).unwrap();
         assert!(told.contains("'RustDDS discove' has ended"), "{told}");
@@ -188,7 +216,8 @@ mod tests {
                 Some(status("S (sleeping)", look / 6)),
             )
         };
-        let mut watch = Watch::new(busy(0));
+        let mut watch = Watch::default();
+        watch.meet(&busy(0));
         for look in 0..10_000 {
             assert_eq!(watch.look(&busy(look)), None);
         }

@@ -28,6 +28,11 @@ use crate::publisher::PublisherStatistics;
 use crate::shutdown::Shutdown;
 use crate::subscription::SubscriptionStatistics;
 
+/// Time in which whatever was missed is asked for and repeated. RustDDS would say when all is acknowledged, but ros2-client has no way to
+/// ask it (`docs/upstream/ros2-client-acknowledgements.md`). Its writers ask their readers once a second, and ten times a second while
+/// they know that one is behind, so this is the second and twenty rounds, of which each brings what a socket holds.
+const REPEATS: Duration = Duration::from_secs(3);
+
 /// A node. Clones are handles of the same node.
 #[derive(Clone, Debug)]
 pub struct Node {
@@ -104,6 +109,8 @@ impl Node {
             managed,
             limits: _,
             types,
+            shutdown,
+            ready,
         } = startup;
         let creating = |what: String| {
             move |error: &dyn std::fmt::Display| Error::Create {
@@ -137,9 +144,9 @@ impl Node {
                 graph: Graph::new(),
                 clock: clock.clone(),
                 diagnostics: Diagnostics::default(),
-                shutdown: Shutdown::default(),
+                shutdown,
                 lifecycle: Lifecycle::new(),
-                ready: watch::Sender::new(false),
+                ready,
                 endpoints: Mutex::default(),
                 overflows: Mutex::default(),
                 parties: Parties::default(),
@@ -249,6 +256,12 @@ impl Node {
         };
         tasks.retain(|task| !task.is_finished());
         tasks.push(tokio::spawn(task));
+    }
+
+    /// Waits as long as reliable subscribers may need to ask again for what they missed of the last messages: who publishes and then
+    /// ends waits here first, for an ended writer repeats nothing.
+    pub async fn repeat_what_was_missed(&self) {
+        tokio::time::sleep(REPEATS).await;
     }
 
     /// Completes when the node is to end: SIGINT, SIGTERM, or [`Self::request_shutdown`].
