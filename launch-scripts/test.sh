@@ -9,7 +9,7 @@
 # takes as long as building the suite; `cargo test` gives the same results, one executable after the other.
 set -uo pipefail
 exec </dev/null
-cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 
 target=${CARGO_TARGET_DIR:-target}
 mkdir -p "$target"
