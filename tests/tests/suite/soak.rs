@@ -187,7 +187,7 @@ fn whatever_happens_the_calibration_is_true() {
                 )
                 .parameter("accelerometer_bias_threshold_ug", "[30.0, 30.0, 30.0]")
                 .parameter("azimuth_threshold_arcmin", "10.0"),
-            Program::new("scheme_sequencer")
+            Program::sequencer()
                 .parameter("dwell_s", "400.0")
                 .parameter("checkpoint_file", &kept("sequencer.kept")),
             Program::new("navigation_compensator"),
