@@ -34,4 +34,4 @@ pub use listener::Listener;
 pub use notes::Notes;
 pub use sensor_source::SensorSource;
 pub use simulated_bag::{SimulatedBag, write_simulated_bag};
-pub use words::significant;
+pub use words::{decimals, significant};

@@ -33,3 +33,11 @@ pub fn slug(text: &str) -> String {
     }
     slug.trim_matches('-').to_owned()
 }
+
+/// Digits behind the point that an estimate in a field unit is shown with.
+pub fn decimals(unit: &str) -> usize {
+    match unit {
+        "deg/h" | "deg/h/g" => 5,
+        _ => 2,
+    }
+}

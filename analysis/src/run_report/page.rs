@@ -5,6 +5,7 @@ use report::{Cell, Figure, Page, Table, Verdict};
 use sins::time::Stamp;
 
 use crate::Error;
+use crate::words::decimals;
 
 use super::{
     estimates::phase_name,
@@ -119,10 +120,6 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-fn digits(unit: &str) -> usize {
-    if unit == "deg/h" { 5 } else { 2 }
-}
-
 fn state_table(states: &[StateAtEnd]) -> Table {
     let with_truth = states.iter().any(|state| state.error.is_some());
     let mut header = vec!["state", "unit", "estimate", "1 sigma"];
@@ -137,7 +134,7 @@ fn state_table(states: &[StateAtEnd]) -> Table {
     let mut table = Table::new(caption, header);
     for state in states {
         let label = state.label;
-        let digits = digits(label.unit);
+        let digits = decimals(label.unit);
         let number = |value: Option<f64>| {
             Cell::number(
                 value.map_or_else(String::new, |v| format!("{:.digits$}", v / label.scale)),

@@ -215,14 +215,19 @@ impl Compensator {
         self.follow_phase();
     }
 
-    /// A velocity over ground, for the node's own alignment where it is told that there are any.
-    pub fn velocity(&mut self, message: &TwistWithCovarianceStamped) {
+    /// A velocity over ground, for the node's own alignment where it is told that there are any. Samples that waited for it go on.
+    pub fn velocity(
+        &mut self,
+        message: &TwistWithCovarianceStamped,
+        publish: &mut impl FnMut(Output),
+    ) {
         self.inputs.velocity.arrived(1);
         let measured = velocity_from_twist(message);
         let stamp = stamp_from_time(message.header.stamp);
         if let Err(error) = self.navigator.push_velocity(stamp, measured) {
             self.inputs.velocity.refuse("unusable", error);
         }
+        self.advance(publish);
     }
 
     /// A reading of the joints. Samples that waited for it go on.

@@ -166,7 +166,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
             compensator.publishers(samples.publishers());
             let velocities = velocities.iter_mut();
             for velocity in velocities.flat_map(|v| std::iter::from_fn(|| v.try_recv())) {
-                compensator.velocity(&velocity);
+                compensator.velocity(&velocity, &mut publish);
             }
             let rest = std::iter::from_fn(|| joints.try_recv()).take(BATCH);
             for message in joint.into_iter().chain(rest) {

@@ -171,12 +171,19 @@ impl Calibrator {
         } else {
             self.machine.push_imu(&sample);
         }
+        let mut outputs = self.outputs();
+        if outputs.is_empty() {
+            outputs.extend(self.progress(sample.stamp));
+        }
+        outputs
+    }
+
+    /// What everything that has come gives to publish. After joint states, fixes and velocities too: samples may wait for one, and
+    /// of the last samples of all nobody else would ask.
+    pub fn outputs(&mut self) -> Vec<Output> {
         let mut outputs = Vec::new();
         while let Some(event) = self.machine.poll() {
             outputs.extend(self.follow(event));
-        }
-        if outputs.is_empty() {
-            outputs.extend(self.progress(sample.stamp));
         }
         outputs
     }

@@ -145,12 +145,17 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                     while let Some(message) = joints.try_recv() {
                         calibrator.joints(&message);
                     }
-                    for _ in 0..BATCH {
-                        let Some(message) = samples.try_recv() else { break };
-                        for output in calibrator.imu(&message) {
-                            action.follow(&mut calibrator, &output);
+                    let mut tell = |calibrator: &mut Calibrator, outputs: Vec<Output>| {
+                        for output in outputs {
+                            action.follow(calibrator, &output);
                             publishers.publish(output);
                         }
+                    };
+                    let outputs = calibrator.outputs();
+                    tell(&mut calibrator, outputs);
+                    for message in std::iter::from_fn(|| samples.try_recv()).take(BATCH) {
+                        let outputs = calibrator.imu(&message);
+                        tell(&mut calibrator, outputs);
                     }
                     publishers.publish_calibration(calibrator.tick());
                 }

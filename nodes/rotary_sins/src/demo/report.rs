@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
 
+use analysis::decimals;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table};
 use sins::units::NAUTICAL_MILE_M;
@@ -106,7 +107,7 @@ fn estimates(outcome: &DemoResult) -> Table {
         "error / sigma",
     ]);
     for row in &outcome.rows {
-        let digits = if row.unit == "deg/h" { 5 } else { 2 };
+        let digits = decimals(row.unit);
         table.add_row([
             row.name.clone(),
             row.unit.to_owned(),

@@ -96,6 +96,34 @@ fn unusable_fixes_are_refused() {
     assert_eq!(calibrator.phase, Phase::WaitingForPosition);
 }
 
+/// The last samples of all wait for a joint state, and go on when it has come: no further sample has to ask for them.
+#[test]
+fn the_last_samples_go_on_with_their_joint_state() {
+    let mut calibrator = calibrator();
+    let joints = |number: i64| JointState {
+        header: sample(number).header,
+        name: vec!["outer_joint".to_owned(), "inner_joint".to_owned()],
+        position: vec![0.0; 2],
+        velocity: vec![0.0; 2],
+        ..JointState::default()
+    };
+    calibrator.fix(&fix(45.0, NavSatStatus::STATUS_FIX));
+    let come_to = |calibrator: &Calibrator| calibrator.latest.as_ref().unwrap().stamp;
+    for number in 0..=300 {
+        calibrator.joints(&joints(number));
+        calibrator.imu(&sample(number));
+    }
+    let before = come_to(&calibrator);
+    for number in 301..=320 {
+        calibrator.imu(&sample(number));
+    }
+    assert_eq!(come_to(&calibrator), before);
+    calibrator.joints(&joints(320));
+    let outputs = calibrator.outputs();
+    assert!(outputs.iter().any(|output| output.estimate.is_some()));
+    assert_eq!(come_to(&calibrator), before.plus_nanos(20 * INTERVAL_NANOS));
+}
+
 /// A joint state without one of the joints is refused.
 #[test]
 fn a_missing_joint_is_refused() {
