@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-crates=(stream_monitor ros2_interfaces ros_node)
+crates=(stream_monitor rotary_sins_files ros2_interfaces ros_node)
 target=${CARGO_TARGET_DIR:-$PWD/target}
 # Outside of the repository: within it, cargo would take the packages for members of the workspace.
 unpacked=$(mktemp -d)
@@ -22,7 +22,7 @@ for crate in "${crates[@]}"; do
     folder=$unpacked/$(basename "$package" .crate)
     patches+=(--config "patch.crates-io.$crate.path='$folder'")
     for file in README.md LICENSE-APACHE LICENSE-MIT; do
-        [ "$crate" = stream_monitor ] || [ -f "$folder/$file" ] || {
+        [[ $crate = @(stream_monitor|rotary_sins_files) ]] || [ -f "$folder/$file" ] || {
             echo "packages.sh: error: $folder has no $file" >&2
             exit 1
         }

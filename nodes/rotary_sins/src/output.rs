@@ -45,7 +45,7 @@ pub fn file(path: &Path, text: &str, input: Option<&Path>) -> anyhow::Result<()>
     files::write(path, text.as_bytes()).with_context(|| path.display().to_string())
 }
 
-/// Looks before hours of work whether their result can be written: what [`file`] would refuse is told now, and so is a file that is
+/// Looks before hours of work whether their result can be written: what [`file()`] would refuse is told now, and so is a file that is
 /// there already, unless it is to be replaced.
 pub fn check(path: &Path, input: Option<&Path>, replaces: bool) -> anyhow::Result<()> {
     refuse_records(path, input)?;
