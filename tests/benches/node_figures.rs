@@ -1,6 +1,8 @@
-//! What the nodes cost and how long a sample takes through them, at 200 Hz in real time. Not a test: it prints figures.
+//! What the nodes cost and how long a sample takes through them, in real time. Not a test: it prints figures.
 //!
 //! `cargo build --release --workspace --bins && launch-scripts/isolated.sh cargo bench -p suite_tests --bench node_figures`
+//!
+//! `ROTARY_SINS_FIGURES_RATE_HZ` (200 unless given) is the rate of the samples, `ROTARY_SINS_FIGURES_S` (20) how long each is measured.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::collections::HashMap;
@@ -19,17 +21,37 @@ use rustix::process::{Pid, Signal, kill_process};
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::JoinHandle;
 
-const RATE_HZ: f64 = 200.0;
 const WARM_UP: Duration = Duration::from_secs(8);
-const MEASURED: Duration = Duration::from_secs(20);
+/// Coarse alignment of the nodes that are to be measured behind it \[s\].
+const ALIGNMENT_S: u64 = 20;
+
+/// What is measured.
+#[derive(Clone, Copy)]
+struct Measurement {
+    rate_hz: f64,
+    time: Duration,
+}
+
+impl Measurement {
+    fn asked() -> Self {
+        let number = |name: &str, default: f64| {
+            std::env::var(name).map_or(default, |value| value.parse().unwrap())
+        };
+        Self {
+            rate_hz: number("ROTARY_SINS_FIGURES_RATE_HZ", 200.0),
+            time: Duration::from_secs_f64(number("ROTARY_SINS_FIGURES_S", 20.0)),
+        }
+    }
+}
 
 fn main() -> ExitCode {
     ros_node::run(
         NodeBuilder::new("node_figures").accept_arguments("--bench"),
         |node| async move {
-            resources(&node).await;
-            latency(&node, false).await;
-            latency(&node, true).await;
+            let measurement = Measurement::asked();
+            resources(measurement).await;
+            latency(&node, measurement, false).await;
+            latency(&node, measurement, true).await;
             Ok::<(), ros_node::Error>(())
         },
     )
@@ -99,11 +121,11 @@ impl Drop for Running {
     }
 }
 
-async fn measure(running: &[(&str, Running)]) {
-    tokio::time::sleep(WARM_UP).await;
+async fn measure(running: &[(&str, Running)], warm_up: Duration, time: Duration) {
+    tokio::time::sleep(warm_up).await;
     let before: Vec<f64> = running.iter().map(|(_, r)| r.cost().0).collect();
     let start = Instant::now();
-    tokio::time::sleep(MEASURED).await;
+    tokio::time::sleep(time).await;
     let seconds = start.elapsed().as_secs_f64();
     for ((name, running), before) in running.iter().zip(before) {
         let (cpu, resident) = running.cost();
@@ -114,23 +136,32 @@ async fn measure(running: &[(&str, Running)]) {
     }
 }
 
-/// The four nodes on the simulator's 200 Hz.
-async fn resources(_node: &Node) {
-    println!("\nthe four nodes at {RATE_HZ} Hz, the compensator waiting for a calibration");
-    let rate = format!("imu_rate_hz:={RATE_HZ}");
+/// The four nodes on the simulator's samples, behind coarse alignment: the calibrator's whole model and its judge work, the compensator
+/// navigates from an alignment of its own.
+async fn resources(measurement: Measurement) {
+    let Measurement { rate_hz, time } = measurement;
+    println!("\nthe four nodes at {rate_hz} Hz, calibrating and navigating");
+    let rate = format!("imu_rate_hz:={rate_hz:?}");
+    let calibrator =
+        format!("coarse_alignment_s:={ALIGNMENT_S}.0 coarse_alignment_min_s:={ALIGNMENT_S}.0");
+    let compensator = format!("alignment_s:={ALIGNMENT_S}.0");
     let nodes = [
         ("imu_simulator", Running::start("imu_simulator", &rate)),
         (
             "scheme_sequencer",
             Running::start("scheme_sequencer", "autostart:=true"),
         ),
-        ("self_calibrator", Running::start("self_calibrator", "")),
+        (
+            "self_calibrator",
+            Running::start("self_calibrator", &calibrator),
+        ),
         (
             "navigation_compensator",
-            Running::start("navigation_compensator", ""),
+            Running::start("navigation_compensator", &compensator),
         ),
     ];
-    measure(&nodes).await;
+    let warm_up = WARM_UP + Duration::from_secs(ALIGNMENT_S);
+    measure(&nodes, warm_up, time).await;
 }
 
 /// Takes everything that comes, and leaves it at that.
@@ -157,16 +188,19 @@ fn hear_all(node: &Node) -> Vec<JoinHandle<()>> {
 
 /// Joint states and samples at the rate, a calibration after two seconds; tells the time that each sample leaves.
 async fn send(
+    rate_hz: f64,
     imu: Publisher<Imu>,
     joints: Publisher<JointState>,
     calibration: Publisher<Calibration>,
     departures: UnboundedSender<(i64, Instant)>,
 ) {
-    let mut tick = tokio::time::interval(Duration::from_secs_f64(1.0 / RATE_HZ));
+    let mut tick = tokio::time::interval(Duration::from_secs_f64(1.0 / rate_hz));
+    let interval_nanos = (1e9 / rate_hz) as i64;
+    let calibration_due = (2.0 * rate_hz) as i64;
     let mut earlier = Time::default();
     for count in 0_i64.. {
         tick.tick().await;
-        let nanos = 1_760_000_000_000_000_000 + count * 5_000_000;
+        let nanos = 1_760_000_000_000_000_000 + count * interval_nanos;
         let stamp = Time {
             sec: (nanos / 1_000_000_000) as i32,
             nanosec: (nanos % 1_000_000_000) as u32,
@@ -189,7 +223,7 @@ async fn send(
         if count == 10 {
             earlier = stamp;
         }
-        if count == 400 {
+        if count == calibration_due {
             // Of a sample that has certainly arrived: navigation starts from it at once.
             let mut message = Calibration::default();
             message.header.stamp = earlier;
@@ -205,7 +239,8 @@ async fn send(
 
 /// Samples from this process through the compensator and back as odometry, each sample; with all its other topics
 /// subscribed too, or with none of them.
-async fn latency(node: &Node, all_heard: bool) {
+async fn latency(node: &Node, measurement: Measurement, all_heard: bool) {
+    let Measurement { rate_hz, time } = measurement;
     let imu = node
         .publisher::<Imu>("imu/data_raw", Qos::sensor())
         .unwrap();
@@ -236,7 +271,13 @@ async fn latency(node: &Node, all_heard: bool) {
         Vec::new()
     };
     let (sender, mut sent) = tokio::sync::mpsc::unbounded_channel();
-    tasks.push(tokio::spawn(send(imu, joints, calibration, sender)));
+    tasks.push(tokio::spawn(send(
+        rate_hz,
+        imu,
+        joints,
+        calibration,
+        sender,
+    )));
     let receiving = async {
         let mut departures = HashMap::new();
         let mut delays = Vec::new();
@@ -251,7 +292,7 @@ async fn latency(node: &Node, all_heard: bool) {
             if let Some(departure) = departures.remove(&nanos) {
                 delays.push(arrival.duration_since(departure).as_secs_f64() * 1e3);
             }
-            if delays.len() as f64 >= RATE_HZ * 20.0 {
+            if delays.len() as f64 >= rate_hz * time.as_secs_f64() {
                 return delays;
             }
         }
@@ -262,19 +303,21 @@ async fn latency(node: &Node, all_heard: bool) {
         "odometry alone"
     };
     println!(
-        "\nthe compensator navigating at {RATE_HZ} Hz, {heard} subscribed, every sample out again"
+        "\nthe compensator navigating at {rate_hz} Hz, {heard} subscribed, every sample out again"
     );
     let (delays, ()) = tokio::join!(
-        tokio::time::timeout(Duration::from_secs(60), receiving),
-        measure(&compensator)
+        tokio::time::timeout(time + Duration::from_secs(60), receiving),
+        measure(&compensator, WARM_UP, time)
     );
-    let mut delays = delays.expect("odometry of 20 s within a minute");
+    let mut delays = delays.expect("odometry of every sample within a minute more");
     delays.sort_by(f64::total_cmp);
     let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize];
     println!(
-        "sample in to odometry out: median {:.2} ms, 99th percentile {:.2} ms ({} samples)",
+        "sample in to odometry out: median {:.2} ms, 99 % {:.2} ms, 99.9 % {:.2} ms, worst {:.2} ms ({} samples)",
         at(0.5),
         at(0.99),
+        at(0.999),
+        at(1.0),
         delays.len()
     );
     tasks.iter().for_each(JoinHandle::abort);
