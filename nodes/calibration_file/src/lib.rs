@@ -227,6 +227,7 @@ fn agree(name: &str, field: Vector3<f64>, si: Vector3<f64>) -> anyhow::Result<()
 mod tests {
     #![allow(clippy::unwrap_used)]
     use nalgebra::{SMatrix, UnitQuaternion};
+    use proptest::prelude::*;
     use sins::estimation::model::{Model, Paper};
     use sins::estimation::state::StateList;
     use sins::sensor::errors::SensorErrors;
@@ -267,6 +268,31 @@ mod tests {
             covariance: Paper::named(&SMatrix::from_fn(|i, j| 1e-12 / (1 + i + j) as f64)).unwrap(),
             samples: 1_440_000,
             gaps: 0,
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1500))]
+
+        /// A damaged file is refused in one line that names it, or read as a calibration that a message may carry as well.
+        #[test]
+        fn damaged_files_are_told(
+            bytes in damage::damaged(text(&example(), "x.mcap").unwrap().into_bytes()),
+        ) {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), bytes).unwrap();
+            match read(file.path()) {
+                Ok(calibration) => {
+                    let numbers = calibration.errors.gyroscope_drift.iter()
+                        .chain(&calibration.errors.accelerometer_bias);
+                    prop_assert!(numbers.copied().all(f64::is_finite));
+                }
+                Err(error) => {
+                    let told = format!("{error:#}");
+                    prop_assert!(told.contains(file.path().to_str().unwrap()), "{told}");
+                    prop_assert!(!told.contains('\n') && told.len() < 1000, "{told}");
+                }
+            }
         }
     }
 

@@ -121,7 +121,43 @@ fn matches(pattern: &str, node: &str) -> bool {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use proptest::prelude::*;
+
     use super::*;
+
+    const GOOD: &str = "/**:\n  ros__parameters:\n    use_sim_time: true\n    names: [a, 'b', \"c\"]\n/ship:\n  node:\n    \
+                        ros__parameters:\n      thresholds: {azimuth: 1.0, drift: [0.1, 2e-3, .inf]}\n      label: |\n        two\n        \
+                        lines\n      base: &base 7\n      same: *base\n";
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// A damaged file gives parameters, or one line that names it.
+        #[test]
+        fn damaged_files_are_told(bytes in damage::damaged(GOOD.as_bytes().to_vec())) {
+            let file = TextFile::new("");
+            std::fs::write(&file.0, bytes).unwrap();
+            if let Err(error) = read(&file.0, "/ship/node") {
+                let told = error.to_string();
+                prop_assert!(told.contains(file.0.to_str().unwrap()), "{told}");
+                prop_assert!(!told.contains('\n') && told.len() < 1000, "{told}");
+            }
+        }
+    }
+
+    /// Names that stand for names that stand for names: ten levels of ten would be 10^10 nodes. They are refused before.
+    #[test]
+    fn names_that_multiply_are_refused() {
+        let mut text =
+            String::from("/**:\n  ros__parameters:\n    a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n");
+        for level in 1..10 {
+            let last = format!("*a{}", level - 1);
+            text += &format!("    a{level}: &a{level} [{}]\n", vec![last; 10].join(", "));
+        }
+        let file = TextFile::new(&text);
+        let told = read(&file.0, "/ship/node").unwrap_err().to_string();
+        assert!(told.len() < 500, "{told}");
+    }
 
     /// A file in the temporary directory that goes away with the test.
     struct TextFile(std::path::PathBuf);
