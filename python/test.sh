@@ -22,4 +22,6 @@ fi
 cd "$target"
 "$python" -m mypy.stubtest rotary_sins
 "$python" -m mypy --strict "$here/rotary_sins"
+# The oldest Python that the wheel is for.
+"$python" -m mypy --strict --python-version 3.10 "$here/rotary_sins"
 exec "$python" -m pytest --quiet --rootdir "$here" -c "$here/pyproject.toml" "$here/tests" "$@"
