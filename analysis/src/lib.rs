@@ -6,6 +6,7 @@
 //! - [`design`]: rotation schemes by search, held against those that are known.
 //! - [`experiment`]: the paper's experiment on simulated IMUs.
 //! - [`observability`]: what a rotation scheme can show, before anything is measured.
+//! - [`passes`]: how often a record is gone over, and its smoothed epochs.
 //! - [`run_report`]: one page about one recorded run.
 //!
 //! Each gives values, a text, JSON and a page. Nothing here prints, reads arguments or speaks to a network: who wants to
@@ -22,6 +23,7 @@ mod free_navigation;
 mod listener;
 mod notes;
 pub mod observability;
+pub mod passes;
 pub mod run_report;
 mod sensor_source;
 mod simulated_bag;

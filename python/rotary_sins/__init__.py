@@ -2,7 +2,7 @@
 
 Everything here is what the command line ``rotary-sins`` does, with the same numbers to the last bit: bags in and out
 (:func:`read`, :class:`Record`), :func:`simulate`, :func:`align`, :func:`calibrate` (and :class:`Calibrator`, sample by
-sample), :func:`navigate`, :func:`observability`, :func:`bound`, :func:`allan`, :class:`SensorErrors` with its inverse,
+sample), :func:`smooth`, :func:`navigate`, :func:`observability`, :func:`bound`, :func:`allan`, :class:`SensorErrors` with its inverse,
 :class:`Scheme`, and the :func:`states` by name. Arrays are ``float64``, rows of samples (n, 3), in SI units; stamps are
 integer nanoseconds. The interpreter is free while the library works.
 """
@@ -32,6 +32,7 @@ from ._rotary_sins import (
     scheme_names,
     simulate,
     simulation_settings,
+    smooth,
     states,
 )
 
@@ -61,6 +62,7 @@ __all__ = [
     "scheme_names",
     "simulate",
     "simulation_settings",
+    "smooth",
     "states",
 ]
 

@@ -30,6 +30,7 @@ __all__ = [
     "scheme_names",
     "simulate",
     "simulation_settings",
+    "smooth",
     "states",
 ]
 
@@ -221,8 +222,19 @@ def calibrate(
     reference: str | None = None,
     thresholds: Mapping[str, float] | None = None,
     position: tuple[float, float, float] | None = None,
+    passes: int | None = None,
     **settings: Any,
 ) -> Estimate: ...
+def smooth(
+    source: _Source,
+    *,
+    model: str = "whole",
+    reference: str | None = None,
+    thresholds: Mapping[str, float] | None = None,
+    position: tuple[float, float, float] | None = None,
+    passes: int | None = None,
+    **settings: Any,
+) -> tuple[Estimate, dict[str, npt.NDArray[Any]]]: ...
 def navigate(source: _Source, calibration: Calibration, **settings: Any) -> dict[str, Any]: ...
 def simulate(
     scheme: Scheme | str | None = None,

@@ -3,20 +3,25 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+use analysis::passes::{self, FirstPass, MOST_PASSES, Passed, Passes};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sins::earth::Position;
+use sins::estimation::groups::navigation::{MISALIGNMENT, VELOCITY};
+use sins::estimation::groups::vertical::VELOCITY_UP;
+use sins::estimation::smoother::Smoothed;
 use sins::machines::self_calibration::{
     self, Event, ModelChoice, Reference, SelfCalibration, Settings,
 };
+use sins::stream::Reading;
 
 use crate::errors::{Error, Result};
 use crate::estimate::{self, Estimate};
 use crate::sensor_errors::SensorErrors;
 use crate::settings::with;
 use crate::source::Source;
-use crate::values::to_python;
+use crate::values::{rows, to_python};
 
 /// The settings of a calibration from keyword arguments.
 ///
@@ -87,8 +92,12 @@ pub fn calibration_settings<'py>(py: Python<'py>, model: &str) -> PyResult<Bound
 /// has none. Further keyword arguments are those of :func:`calibration_settings`, in SI units.
 ///
 /// Gives an :class:`Estimate`. Raises BagError, SettingError, or AlignmentError where the samples led to no estimate.
+///
+/// passes: so many times over the record, each linear about what the one before found; None: one, or up to four where the azimuth was
+/// uncertain by more than a degree at first.
 #[pyfunction]
-#[pyo3(signature = (source, *, model="whole", reference=None, thresholds=None, position=None, **settings))]
+#[pyo3(signature = (source, *, model="whole", reference=None, thresholds=None, position=None, passes=None, **settings))]
+#[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn calibrate(
     py: Python<'_>,
     source: Source,
@@ -96,6 +105,7 @@ pub fn calibrate(
     reference: Option<&str>,
     thresholds: Option<&Bound<'_, PyDict>>,
     position: Option<(f64, f64, f64)>,
+    passes: Option<u32>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Estimate> {
     let settings = settings_of(
@@ -105,26 +115,149 @@ pub fn calibrate(
         thresholds,
         settings,
     )?;
-    Ok(py.detach(|| -> Result<Estimate> {
-        let mut machine = SelfCalibration::new(settings)?;
-        let given = position.map(position_of);
-        if let Some(position) = given {
-            machine.push_position(position)?;
+    let work = Work::new(&source, settings, position, passes, false)?;
+    let passed = py.detach(|| work.run())?;
+    Ok(Estimate::new(passed.estimate.clone(), passed.settings()))
+}
+
+/// Calibrates, and smooths: attitude, velocity and position of every second as the whole record says they were, what
+/// ``rotary-sins calibrate --smooth`` writes.
+///
+/// Arguments are those of :func:`calibrate`.
+///
+/// Gives the :class:`Estimate` and a mapping of n epochs: ``stamp_ns`` (n,), ``attitude_xyzw`` (n, 4) from block to East-North-Up,
+/// ``velocity_m_s`` (n, 3) East, North, Up, ``position`` (n, 3) latitude rad, longitude rad, height m, and the one-sigmas
+/// ``misalignment_std_rad`` and ``velocity_std_m_s`` (n, 3), NaN where a state is not estimated. Raises what :func:`calibrate` raises.
+#[pyfunction]
+#[pyo3(signature = (source, *, model="whole", reference=None, thresholds=None, position=None, passes=None, **settings))]
+#[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn smooth<'py>(
+    py: Python<'py>,
+    source: Source,
+    model: &str,
+    reference: Option<&str>,
+    thresholds: Option<&Bound<'_, PyDict>>,
+    position: Option<(f64, f64, f64)>,
+    passes: Option<u32>,
+    settings: Option<&Bound<'_, PyDict>>,
+) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
+    let settings = settings_of(
+        &Settings::calibrating(),
+        Some(model),
+        reference,
+        thresholds,
+        settings,
+    )?;
+    let work = Work::new(&source, settings, position, passes, true)?;
+    let (estimate, epochs) = py.detach(|| -> Result<_> {
+        let passed = work.run()?;
+        let estimate = Estimate::new(passed.estimate.clone(), passed.settings());
+        Ok((estimate, passed.into_epochs(|_, take| work.again(take))?))
+    })?;
+    Ok((estimate, columns_of(py, &epochs)?))
+}
+
+fn columns_of<'py>(py: Python<'py>, epochs: &[Smoothed]) -> PyResult<Bound<'py, PyDict>> {
+    let sigmas = |names: [&str; 3]| {
+        let of = move |epoch: &Smoothed| names.map(|name| epoch.sigma(name).unwrap_or(f64::NAN));
+        rows(py, epochs.iter().map(of))
+    };
+    let mapping = PyDict::new(py);
+    let stamps = epochs.iter().map(|epoch| epoch.stamp.nanos());
+    mapping.set_item("stamp_ns", PyArray1::from_iter(py, stamps))?;
+    let attitudes = epochs.iter().map(|epoch| {
+        let q = epoch.navigation.attitude.coords;
+        [q.x, q.y, q.z, q.w]
+    });
+    mapping.set_item("attitude_xyzw", rows(py, attitudes)?)?;
+    let velocities = epochs.iter().map(|epoch| epoch.navigation.velocity.into());
+    mapping.set_item("velocity_m_s", rows::<3>(py, velocities)?)?;
+    let positions = epochs.iter().map(|epoch| {
+        let place = epoch.navigation.position;
+        [place.latitude_rad, place.longitude_rad, place.height_m]
+    });
+    mapping.set_item("position", rows(py, positions)?)?;
+    mapping.set_item("misalignment_std_rad", sigmas(MISALIGNMENT)?)?;
+    let [east, north] = VELOCITY;
+    mapping.set_item("velocity_std_m_s", sigmas([east, north, VELOCITY_UP])?)?;
+    Ok(mapping)
+}
+
+/// A record that is calibrated by: which samples, and how.
+struct Work<'s> {
+    source: &'s Source,
+    settings: Settings,
+    position: Option<Position>,
+    passes: Passes,
+}
+
+impl<'s> Work<'s> {
+    fn new(
+        source: &'s Source,
+        settings: Settings,
+        position: Option<(f64, f64, f64)>,
+        passes: Option<u32>,
+        smooths: bool,
+    ) -> Result<Self> {
+        if let Some(passes) = passes
+            && !(1..=MOST_PASSES).contains(&passes)
+        {
+            return Err(Error::Setting(format!(
+                "passes is {passes}, expected 1 to {MOST_PASSES}"
+            )));
         }
-        source.feed(|sample| {
+        Ok(Self {
+            source,
+            settings,
+            position: position.map(position_of),
+            passes: Passes {
+                asked: passes,
+                smooths,
+            },
+        })
+    }
+
+    /// Hands every reading to `take`, a position that was given in place of the record's.
+    fn feed(
+        &self,
+        mut take: impl FnMut(&Reading) -> std::result::Result<ControlFlow<()>, sins::Error>,
+    ) -> Result<()> {
+        let given = self.position;
+        if let Some(position) = given
+            && take(&Reading::Position(position))?.is_break()
+        {
+            return Ok(());
+        }
+        self.source.feed(|sample| {
             let is_fix = matches!(sample, bags::Sample::Fix(_));
-            if let Some(reading) = sample.reading().filter(|_| !(is_fix && given.is_some())) {
-                machine.push(&reading)?;
+            match sample.reading().filter(|_| !(is_fix && given.is_some())) {
+                Some(reading) => take(&reading),
+                None => Ok(ControlFlow::Continue(())),
             }
-            while machine.poll().is_some() {}
-            Ok(ControlFlow::Continue(()))
+        })
+    }
+
+    fn again(&self, take: &mut dyn FnMut(&Reading) -> ControlFlow<()>) -> Result<()> {
+        self.feed(|reading| Ok(take(reading)))
+    }
+
+    fn run(&self) -> Result<Passed> {
+        let machine = SelfCalibration::new(self.settings.clone())?;
+        let mut first = FirstPass::new(self.passes, machine);
+        self.feed(|reading| {
+            let taken = first.smoothing().push(reading);
+            while first.poll().is_some() {}
+            taken.map(|()| ControlFlow::Continue(()))
         })?;
-        let estimate = machine.finish().map_err(|error| Error::NoEstimate {
-            record: source.name(),
+        let finished = first.smoothing().finish();
+        let estimate = finished.map_err(|error| Error::NoEstimate {
+            record: self.source.name(),
             source: error,
         })?;
-        Ok(Estimate::new(estimate, machine.settings()))
-    })?)
+        passes::go_over(first, estimate, self.passes, &self.settings, |_, take| {
+            self.again(take)
+        })
+    }
 }
 
 /// Latitude, longitude and height as a position.

@@ -46,7 +46,9 @@ mod module {
         #[pymodule_export]
         use crate::alignment::align;
         #[pymodule_export]
-        use crate::calibration::{Calibration, Calibrator, calibrate, calibration_settings};
+        use crate::calibration::{
+            Calibration, Calibrator, calibrate, calibration_settings, smooth,
+        };
         #[pymodule_export]
         use crate::errors::{AlignmentError, BagError, RotarySinsError, SchemeError, SettingError};
         #[pymodule_export]

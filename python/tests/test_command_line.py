@@ -102,3 +102,28 @@ def test_allan(rest, rotary_sins) -> None:
         for key in ["deviation", "lower", "upper", "degrees_of_freedom"]:
             assert ours[key].tolist() == theirs[key]
     assert rs.allan(rs.read(rest))["axes"][0]["deviation"].tolist() == said["axes"][0]["deviation"]
+
+
+def test_smooth(bag, rotary_sins, tmp_path) -> None:
+    record = tmp_path / "smoothed.mcap"
+    said = rotary_sins.json("calibrate", bag, "--smoothed", record, status=None)
+    found, epochs = rs.smooth(bag)
+    assert found.state.tolist() == said["state"]
+    count = said["smoothed"]["epochs"]
+    assert {name: column.shape for name, column in epochs.items()} == {
+        "stamp_ns": (count,),
+        "attitude_xyzw": (count, 4),
+        "velocity_m_s": (count, 3),
+        "position": (count, 3),
+        "misalignment_std_rad": (count, 3),
+        "velocity_std_m_s": (count, 3),
+    }
+    # The last epoch is the filter's; the first knows the azimuth nearly as well, which the filter had to 10 deg there.
+    assert epochs["stamp_ns"][-1] == said["stamp_ns"]
+    assert abs(abs(epochs["attitude_xyzw"][-1] @ said["attitude_xyzw"]) - 1) < 1e-12
+    assert (epochs["misalignment_std_rad"][:, 2] < 3 * said["misalignment_std_rad"][2]).all()
+
+
+def test_passes(bag, rotary_sins) -> None:
+    said = rotary_sins.json("calibrate", bag, "--model", "paper", "--passes", "2", status=None)
+    assert rs.calibrate(bag, model="paper", passes=2).state.tolist() == said["state"]

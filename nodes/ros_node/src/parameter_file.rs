@@ -121,6 +121,8 @@ fn matches(pattern: &str, node: &str) -> bool {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::fmt::Write as _;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -152,7 +154,8 @@ mod tests {
             String::from("/**:\n  ros__parameters:\n    a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n");
         for level in 1..10 {
             let last = format!("*a{}", level - 1);
-            text += &format!("    a{level}: &a{level} [{}]\n", vec![last; 10].join(", "));
+            let names = vec![last; 10].join(", ");
+            writeln!(text, "    a{level}: &a{level} [{names}]").unwrap();
         }
         let file = TextFile::new(&text);
         let told = read(&file.0, "/ship/node").unwrap_err().to_string();

@@ -7,6 +7,7 @@ use std::{
 };
 
 use analysis::Notes;
+use analysis::passes::{self, FirstPass, MOST_PASSES, Passes};
 use anyhow::{Context, bail, ensure};
 use bags::{Bag, BagWriter, NewTopic, WriteOptions};
 use clap::Args;
@@ -25,16 +26,12 @@ use sins::{
     },
     machines::{
         odometry::{UNKNOWN_VARIANCE, pose_covariance},
-        self_calibration::{Estimate, Event, Guide, SelfCalibration, Settings, Smoothing},
+        self_calibration::{Estimate, Event, SelfCalibration, Settings},
     },
+    stream::Reading,
 };
 
 use crate::{calibrate::short, output, sensor_input::SensorInput};
-
-/// More passes than this change nothing any more.
-const MOST_PASSES: u32 = 9;
-/// At most so many are made where nobody says how many.
-const PASSES_BY_ITSELF: u32 = 4;
 
 /// Passes and smoothing.
 #[derive(Args)]
@@ -87,30 +84,19 @@ impl PassOptions {
         bag: &Bag,
         settings: &Settings,
     ) -> anyhow::Result<Passed> {
-        let smooths = self.smooth || self.smoothed.is_some();
-        let output = smooths.then(|| self.output(bag)).transpose()?;
-        let (mut smoothing, mut estimate, notes) =
-            self.first_pass(input, bag, settings, smooths)?;
-        let mut passes = 1;
-        while passes < self.passes.unwrap_or(PASSES_BY_ITSELF)
-            && (self.passes.is_some() || smoothing.machine().wants_another_pass() == Some(true))
-        {
-            let epochs = epochs(smoothing, input, bag)?;
-            let guide = Guide::new(&epochs, &estimate)
-                .context("a further pass: the first one has no epoch")?;
-            passes += 1;
-            let machine = SelfCalibration::new(settings.clone())?.guided(guide);
-            smoothing = Smoothing::new(machine);
-            input.again(bag, &format!("pass {passes}"), |reading| {
-                // What is refused has been said in the first pass.
-                let _ = smoothing.push(reading);
-                while smoothing.poll().is_some() {}
-                ControlFlow::Continue(())
-            })?;
-            estimate = smoothing.finish()?;
-        }
+        let passes = Passes {
+            asked: self.passes,
+            smooths: self.smooth || self.smoothed.is_some(),
+        };
+        let output = passes.smooths.then(|| self.output(bag)).transpose()?;
+        let (first, estimate, notes) = first_pass(input, bag, settings, passes)?;
+        let mut again = |title: &str, take: &mut dyn FnMut(&Reading) -> ControlFlow<()>| {
+            input.again(bag, title, take)
+        };
+        let passed = passes::go_over(first, estimate, passes, settings, &mut again)?;
+        let (estimate, passes) = (passed.estimate.clone(), passed.passes);
         let smoothed = match output {
-            Some(path) => Some(write(&path, self.force, &epochs(smoothing, input, bag)?)?),
+            Some(path) => Some(write(&path, self.force, &passed.into_epochs(&mut again)?)?),
             None => None,
         };
         Ok(Passed {
@@ -119,50 +105,6 @@ impl PassOptions {
             passes,
             smoothed,
         })
-    }
-
-    fn first_pass(
-        &self,
-        input: &SensorInput,
-        bag: &Bag,
-        settings: &Settings,
-        smooths: bool,
-    ) -> anyhow::Result<(Smoothing, Estimate, Notes)> {
-        let mut smoothing = Smoothing::new(SelfCalibration::new(settings.clone())?);
-        if !smooths && self.passes == Some(1) {
-            smoothing.keep_nothing();
-        }
-        let may_be_enough = !smooths && self.passes.is_none();
-        let mut said = 0.0;
-        let mut is_first = true;
-        let mut notes = input.feed(bag, "calibrating", |sample, told| {
-            if let Some(reading) = sample.reading() {
-                smoothing.push(&reading)?;
-            }
-            while let Some(event) = smoothing.poll() {
-                told.event(&event);
-                let Event::Estimate(estimate) = &event else {
-                    continue;
-                };
-                if (estimate.duration_s - said).abs() >= 60.0 {
-                    said = estimate.duration_s;
-                    told.progress.message(short(estimate));
-                }
-                let is_enough = smoothing.machine().wants_another_pass() == Some(false);
-                if std::mem::take(&mut is_first) && may_be_enough && is_enough {
-                    smoothing.keep_nothing();
-                }
-            }
-            Ok(ControlFlow::Continue(()))
-        })?;
-        let estimate = smoothing
-            .finish()
-            .with_context(|| input.what_is_missing(bag))?;
-        while let Some(event) = smoothing.poll() {
-            notes.event(&output::Screen, "at the end", &event);
-        }
-        notes.tell(&output::Screen);
-        Ok((smoothing, estimate, notes))
     }
 
     /// Where the smoothed record goes. A record that is there is refused before hours are gone over for it.
@@ -188,27 +130,38 @@ impl PassOptions {
     }
 }
 
-/// The smoothed epochs; what did not fit into the memory is read again.
-fn epochs(
-    mut smoothing: Smoothing,
+fn first_pass(
     input: &SensorInput,
     bag: &Bag,
-) -> anyhow::Result<Vec<Smoothed>> {
-    while let Some(replay) = smoothing.rewind() {
-        let (first, end) = (replay.skip, replay.skip + replay.count);
-        let mut count = 0;
-        input.again(bag, "smoothing", |reading| {
-            if count >= end {
-                return ControlFlow::Break(());
+    settings: &Settings,
+    passes: Passes,
+) -> anyhow::Result<(FirstPass, Estimate, Notes)> {
+    let mut first = FirstPass::new(passes, SelfCalibration::new(settings.clone())?);
+    let mut said = 0.0;
+    let mut notes = input.feed(bag, "calibrating", |sample, told| {
+        if let Some(reading) = sample.reading() {
+            first.smoothing().push(&reading)?;
+        }
+        while let Some(event) = first.poll() {
+            told.event(&event);
+            if let Event::Estimate(estimate) = &event
+                && (estimate.duration_s - said).abs() >= 60.0
+            {
+                said = estimate.duration_s;
+                told.progress.message(short(estimate));
             }
-            if count >= first {
-                smoothing.again(reading);
-            }
-            count += 1;
-            ControlFlow::Continue(())
-        })?;
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
+    let estimate = first
+        .smoothing()
+        .finish()
+        .with_context(|| input.what_is_missing(bag))?;
+    while let Some(event) = first.poll() {
+        notes.event(&output::Screen, "at the end", &event);
     }
-    Ok(smoothing.into_epochs())
+    notes.tell(&output::Screen);
+    Ok((first, estimate, notes))
 }
 
 /// Writes the smoothed record as a bag.
