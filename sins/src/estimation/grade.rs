@@ -92,6 +92,8 @@ pub fn azimuth_prior_rad(drift_rad_s: &Vector3<f64>, cos_latitude: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
     use super::*;
 
     /// The azimuth's prior is half as much again as the drift over the earth's rate northwards, between 10 and 60 deg: 0.01 deg/h are
@@ -102,11 +104,11 @@ mod tests {
             let drift = Vector3::new(0.0, drift_deg_h, -0.5 * drift_deg_h) * DEG_PER_HOUR;
             azimuth_prior_rad(&drift, latitude_deg.to_radians().cos()).to_degrees()
         };
-        // The earth turns by 15.041 deg/h; cos 45 deg is 0.70711, cos 60 deg is 0.5.
+        // The earth turns by 15.041 deg/h; cos 45 deg is 1/√2, cos 60 deg is 0.5.
         for (drift, latitude, expected) in [
             (0.01, 45.0, 10.0),
             (0.01, 60.0, 10.0),
-            (3.0, 45.0, 4.5 / (15.041_07 * 0.707_107) * 57.295_78),
+            (3.0, 45.0, 4.5 / (15.041_07 * FRAC_1_SQRT_2) * 57.295_78),
             (3.0, 60.0, 4.5 / (15.041_07 * 0.5) * 57.295_78),
             (20.0, 45.0, 60.0),
             (20.0, 60.0, 60.0),

@@ -205,6 +205,9 @@ mod tests {
         assert!(in_order);
     }
 
+    /// How a group is switched off, what all names of its states have, and how many they are.
+    type Case = (fn(&mut GroupPriors), &'static str, usize);
+
     /// Every group that is switched off by itself takes its own states from the model, and no others: their prior is zero.
     #[test]
     fn a_group_that_is_switched_off_is_gone() {
@@ -240,7 +243,6 @@ mod tests {
                 .map(|(name, _)| name)
                 .collect::<Vec<_>>()
         };
-        type Case = (fn(&mut GroupPriors), &'static str, usize);
         let cases: [Case; 13] = [
             (|p| p.height_m = 0.0, "height_", 1),
             (
