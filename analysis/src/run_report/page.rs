@@ -433,11 +433,9 @@ mod tests {
     /// it has the words of the record.
     #[test]
     fn the_judges_tests_are_a_table() {
-        let mut history = History {
-            phase: Some(SelfCalibrationEstimate::INCONSISTENT),
-            recorded_words: Some("words of the record".to_owned()),
-            ..History::default()
-        };
+        let mut history = History::default();
+        history.take_phase(Stamp::default(), SelfCalibrationEstimate::INCONSISTENT);
+        history.recorded_words = Some("words of the record".to_owned());
         let html = |history: &History| {
             let mut page = Page::new("");
             judge_section(&mut page, history);
