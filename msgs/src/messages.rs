@@ -131,6 +131,12 @@ impl SelfCalibrationEstimate {
         of_bag(payload)
     }
 
+    /// What `message` says behind phase and time: in an inconsistent run the judge's first reason stands there.
+    pub fn words(&self) -> &str {
+        let behind = self.message.split_once(" s: ");
+        behind.map_or(self.message.as_str(), |(_, words)| words)
+    }
+
     /// No latitude and longitude yet.
     pub const WAITING_FOR_POSITION: u8 = 0;
     /// Attitude from gravity and earth rate in the inertial frame.
@@ -141,7 +147,7 @@ impl SelfCalibrationEstimate {
     pub const CALIBRATING: u8 = 3;
     /// Every state the scheme can show is below its threshold, and the innovations agree.
     pub const CONVERGED: u8 = 4;
-    /// The innovations do not agree with the covariance.
+    /// A test of the judge failed: the filter does not describe its samples.
     pub const INCONSISTENT: u8 = 5;
 }
 

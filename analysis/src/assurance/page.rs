@@ -1,9 +1,9 @@
 //! The study as a page.
 
 use report::{Axis, Cell, Figure, Line, Page, Panel, Series, Table, Verdict};
-use sins::studies::assurance::FALSE_BEYOND_SIGMA;
+use sins::studies::assurance::{FALSE_BEYOND_SIGMA, OTHERS_FALSE_BEYOND_SIGMA};
 
-use super::summary::Rate;
+use super::summary::{Rate, other_words};
 use super::{AT_MOST, Report, Trial};
 use crate::Error;
 use crate::words::significant;
@@ -32,12 +32,13 @@ pub fn page(report: &Report, trials: &[Trial]) -> Result<Page, Error> {
     }
     page.note(format!(
         "False assurance: converged and consistent, and one of misalignment, biases and drifts is off by more than \
-         {FALSE_BEYOND_SIGMA} sigma. False alarm: a world that the model holds and whose sigmas are all reached, and that is refused."
+         {FALSE_BEYOND_SIGMA} sigma, or another state that was learned by more than {OTHERS_FALSE_BEYOND_SIGMA}. False alarm: a world that the \
+         model holds and whose sigmas are all reached, and that is refused, or that ends without an estimate."
     ));
     page.figure(&figure(trials))?;
     page.section(2, "By kind");
     let mut table = Table::new(
-        "Worst z: the greatest error of the nine over its sigma, among the accepted worlds and among all.",
+        "Worst z: the greatest error of the nine over its sigma, among the accepted worlds and among all; and of the other states that were learned, among the accepted.",
         [
             "kind",
             "model holds it",
@@ -46,6 +47,7 @@ pub fn page(report: &Report, trials: &[Trial]) -> Result<Page, Error> {
             "falsely assured",
             "false alarms",
             "worst z accepted",
+            "of other states",
             "worst z",
             "tests that failed",
         ],
@@ -72,6 +74,7 @@ pub fn page(report: &Report, trials: &[Trial]) -> Result<Page, Error> {
             Cell::number(kind.false_assurance.to_string()),
             Cell::number(kind.false_alarm.to_string()),
             Cell::number(significant(kind.worst_accepted_z)),
+            Cell::text(other_words(kind)),
             Cell::number(significant(kind.worst_z)),
             Cell::text(failed.join(", ")),
         ]);

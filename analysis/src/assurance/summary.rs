@@ -2,7 +2,9 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
-use sins::studies::assurance::{FALSE_BEYOND_SIGMA, KINDS, is_false_alarm, is_false_assurance};
+use sins::studies::assurance::{
+    FALSE_BEYOND_SIGMA, KINDS, OTHERS_FALSE_BEYOND_SIGMA, is_false_alarm, is_false_assurance,
+};
 
 use super::{Plan, Trial};
 use crate::significant;
@@ -43,12 +45,14 @@ pub struct KindRow {
     pub worlds: u64,
     /// With exit status 0.
     pub accepted: u64,
-    /// Accepted, and one of the nine beyond 4 sigma.
+    /// Accepted, and one of the nine beyond 4 sigma, or another state that was learned beyond 5.
     pub false_assurance: u64,
-    /// Inside the model, and refused though every sigma asked for was reached.
+    /// Inside the model, and refused though every sigma asked for was reached, or without an estimate.
     pub false_alarm: u64,
     /// The greatest error over sigma of an accepted world.
     pub worst_accepted_z: f64,
+    /// The same of what was learned beyond the nine, with the state; none where the model has no more.
+    pub worst_accepted_other: Option<(&'static str, f64)>,
     /// The greatest error over sigma of any world that had an estimate.
     pub worst_z: f64,
     /// Mean NEES of the nine over the accepted ones.
@@ -102,10 +106,14 @@ fn row(plan: &Plan, name: &'static str, of_kind: &[&Trial]) -> Option<KindRow> {
         worlds: of_kind.len() as u64,
         accepted: good as u64,
         false_assurance: outcomes().filter(|o| is_false_assurance(o)).count() as u64,
-        false_alarm: outcomes()
-            .filter(|o| is_false_alarm(kind, plan.model, o))
+        false_alarm: of_kind
+            .iter()
+            .filter(|trial| is_false_alarm(kind, plan.model, trial.outcome.as_ref()))
             .count() as u64,
         worst_accepted_z: worst(&mut accepted().map(|o| o.worst().1)),
+        worst_accepted_other: accepted()
+            .filter_map(sins::studies::assurance::Outcome::worst_other)
+            .max_by(|a, b| a.1.total_cmp(&b.1)),
         worst_z: worst(&mut outcomes().map(|o| o.worst().1)),
         mean_nees_accepted: accepted().map(|o| o.nees).sum::<f64>() / good.max(1) as f64,
         failed_tests: failed,
@@ -140,6 +148,14 @@ pub fn summarize(plan: &Plan, trials: &[Trial], command: &str) -> Report {
     }
 }
 
+/// The greatest error over sigma among the states beyond the nine, and which.
+pub(super) fn other_words(kind: &KindRow) -> String {
+    kind.worst_accepted_other
+        .map_or_else(String::new, |(state, z)| {
+            format!("{} {state}", significant(z))
+        })
+}
+
 /// The study as text.
 pub fn text(report: &Report) -> String {
     let mut table = Table::new();
@@ -151,6 +167,7 @@ pub fn text(report: &Report) -> String {
         "false assurance",
         "false alarm",
         "worst z accepted",
+        "of others",
         "worst z",
         "failed tests",
     ]);
@@ -168,11 +185,12 @@ pub fn text(report: &Report) -> String {
             kind.false_assurance.to_string(),
             kind.false_alarm.to_string(),
             significant(kind.worst_accepted_z),
+            other_words(kind),
             significant(kind.worst_z),
             failed.join(", "),
         ]);
     }
-    for column in table.column_iter_mut().skip(2).take(6) {
+    for column in table.column_iter_mut().skip(2).take(7) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     let rate = |rate: &Rate| {
@@ -184,7 +202,8 @@ pub fn text(report: &Report) -> String {
         )
     };
     format!(
-        "{}\n{table}\n\nmodel {}: falsely assured (status 0 and one of the nine beyond {FALSE_BEYOND_SIGMA} sigma) {}; \
+        "{}\n{table}\n\nmodel {}: falsely assured (status 0, and one of the nine beyond {FALSE_BEYOND_SIGMA} sigma or another learned state beyond \
+         {OTHERS_FALSE_BEYOND_SIGMA}) {}; \
          false alarms among the worlds that it holds {}",
         report.command,
         report.model,

@@ -4,7 +4,7 @@ use rotary_sins_msgs::SelfCalibrationEstimate;
 use rotary_sins_msgs::convert::stamp_from_time;
 use sins::{
     earth::rotation::HeadingPitchRoll,
-    machines::self_calibration::{Estimate, Phase},
+    machines::self_calibration::{Estimate, Phase, TestResult},
     time::Stamp,
 };
 
@@ -204,6 +204,10 @@ pub struct History {
     pub failures: u64,
     /// What the judge has against the last of our own estimates.
     pub reasons: Vec<String>,
+    /// The judge's tests of the last of our own estimates; the messages of a record do not have them.
+    pub tests: Vec<TestResult>,
+    /// What the line of the newest recorded estimate says, the judge's first reason where it is inconsistent.
+    pub recorded_words: Option<String>,
     /// States of the newest estimate.
     pub states: Vec<NamedState>,
     /// Counts of the newest estimate.
@@ -226,6 +230,8 @@ impl Default for History {
             phase: None,
             failures: 0,
             reasons: Vec::new(),
+            tests: Vec::new(),
+            recorded_words: None,
             states: Vec::new(),
             counts: Counts::default(),
             restarts: Vec::new(),
@@ -236,6 +242,12 @@ impl Default for History {
 }
 
 impl History {
+    /// What speaks against the newest estimate, the worst first: of our own the judge's reason, of a recorded one its words.
+    pub fn reason(&self) -> Option<&str> {
+        let own = self.reasons.first();
+        own.or(self.recorded_words.as_ref()).map(String::as_str)
+    }
+
     /// Follows the phase.
     pub fn take_phase(&mut self, stamp: Stamp, phase: u8) {
         if self.phase == Some(phase) {

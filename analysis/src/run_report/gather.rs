@@ -312,6 +312,7 @@ impl Gathering<'_> {
                     run.history
                         .take(Point::from(&estimate), estimate.nis, counts);
                     run.history.states = recorded_states(&estimate);
+                    run.history.recorded_words = Some(estimate.words().to_owned());
                 }
             }
             Role::Scheme => run.scheme.take(&cdr::decode::<SchemeStatus>(message.data)?),
@@ -370,7 +371,9 @@ impl Gathering<'_> {
                 source,
             })?;
             self.own.take_phase(last.stamp, phase_number(last.phase));
-            self.own.reasons = last.verdict(calibrator.settings()).reasons;
+            let verdict = last.verdict(calibrator.settings());
+            self.own.reasons = verdict.reasons;
+            self.own.tests = verdict.tests;
             self.own.failures = last.innovations.failures;
             if self.own.newest == Some(last.stamp) {
                 // Samples behind the last estimate count too.

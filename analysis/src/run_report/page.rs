@@ -2,13 +2,16 @@
 
 use bags::Bag;
 use report::{Cell, Figure, Page, Table, Verdict};
+use rotary_sins_msgs::SelfCalibrationEstimate;
+use sins::estimation::model;
+use sins::machines::self_calibration::TestResult;
 use sins::time::Stamp;
 
 use crate::Error;
-use crate::words::decimals;
+use crate::words::{decimals, significant};
 
 use super::{
-    estimates::phase_name,
+    estimates::{History, phase_name},
     faults::faults,
     figures::Clock,
     gather::{GatheredRun, Source},
@@ -81,6 +84,7 @@ pub fn page(
         page.table(angle_table(&end.angles));
     }
     page.table(phase_table(head, run));
+    judge_section(&mut page, &run.history);
     groups::section(&mut page, &groups::groups(run));
     if !figures.is_empty() {
         page.section(2, "In the course of time");
@@ -195,6 +199,48 @@ fn angle_table(angles: &[Angle]) -> Table {
 /// Without the sign of a zero.
 fn tidy(degrees: f64) -> f64 {
     if degrees.abs() < 5e-6 { 0.0 } else { degrees }
+}
+
+/// What the judge tested: figures of our own estimates, the words of recorded ones.
+fn judge_section(page: &mut Page, history: &History) {
+    page.section(2, "What the judge tested");
+    if history.tests.is_empty() {
+        page.paragraph(match (&history.recorded_words, history.phase) {
+            (Some(words), Some(SelfCalibrationEstimate::INCONSISTENT)) => {
+                format!("The record has no tests; its last estimate says: {words}.")
+            }
+            (Some(_), _) => {
+                "The record has no tests, and its last estimate was not inconsistent.".to_owned()
+            }
+            (None, _) => "Nothing could be tested yet.".to_owned(),
+        });
+    } else {
+        page.table(test_table(&history.tests));
+    }
+}
+
+fn test_table(tests: &[TestResult]) -> Table {
+    let mut table = Table::new(
+        "Tests of the judge at the end. A figure beyond its bound makes the run inconsistent.",
+        ["test", "result", "figure", "bound", "state", "sentence"],
+    );
+    for test in tests {
+        let (verdict, result) = if test.passed {
+            (Verdict::Good, "passed")
+        } else {
+            (Verdict::Bad, "failed")
+        };
+        let state = test.state.and_then(model::label);
+        table = table.row([
+            Cell::text(test.name),
+            Cell::verdict(verdict, result),
+            Cell::number(significant(test.figure)),
+            Cell::number(significant(test.bound)),
+            Cell::text(state.map_or("", |label| label.words)),
+            Cell::text(test.sentence.as_deref().unwrap_or_default()),
+        ]);
+    }
+    table
 }
 
 fn phase_table(head: &Head<'_>, run: &GatheredRun) -> Table {
@@ -382,6 +428,50 @@ fn topic_table(head: &Head<'_>, run: &GatheredRun) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The section of the judge has a row for every test with its state in words and the sentence of one that failed; without tests
+    /// it has the words of the record.
+    #[test]
+    fn the_judges_tests_are_a_table() {
+        let mut history = History::default();
+        history.take_phase(Stamp::default(), SelfCalibrationEstimate::INCONSISTENT);
+        history.recorded_words = Some("words of the record".to_owned());
+        let html = |history: &History| {
+            let mut page = Page::new("");
+            judge_section(&mut page, history);
+            page.to_html()
+        };
+        assert!(html(&history).contains("words of the record"));
+        history.tests = vec![
+            TestResult {
+                name: "white",
+                passed: true,
+                figure: 1.05,
+                bound: 1.80,
+                ..TestResult::default()
+            },
+            TestResult {
+                name: "left_out_state",
+                figure: 29.9,
+                bound: 5.0,
+                state: Some("gyroscope_scale_factor_x"),
+                sentence: Some("the model paper does not hold it".to_owned()),
+                ..TestResult::default()
+            },
+        ];
+        let html = html(&history);
+        for words in [
+            "white",
+            "passed",
+            "left_out_state",
+            "failed",
+            "29.9",
+            "gyroscope scale factor x",
+            "the model paper does not hold it",
+        ] {
+            assert!(html.contains(words), "{words} in {html}");
+        }
+    }
 
     /// A duration is said as a person says it, and rounding carries.
     #[test]

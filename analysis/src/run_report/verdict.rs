@@ -11,7 +11,7 @@ use sins::{
 };
 
 use super::{
-    estimates::{Point, phase_name},
+    estimates::{History, Point, phase_name},
     gather::GatheredRun,
 };
 
@@ -175,7 +175,7 @@ fn converged(run: &GatheredRun) -> Finding {
         SelfCalibrationEstimate::CONVERGED => None,
         SelfCalibrationEstimate::INCONSISTENT => Some("not converged".to_owned()),
         other => {
-            let reason = run.history.reasons.first();
+            let reason = run.history.reason();
             let reason = reason.map_or_else(String::new, |reason| format!(": {reason}"));
             Some(format!("not converged: {}{reason}", phase_name(other)))
         }
@@ -184,16 +184,18 @@ fn converged(run: &GatheredRun) -> Finding {
 }
 
 fn consistent(run: &GatheredRun) -> Finding {
-    let failures = run.history.failures;
     // The judge's word: a run that failed is consistent again where windows enough have agreed since.
     let is_doubtful = run.history.phase == Some(SelfCalibrationEstimate::INCONSISTENT);
-    let fault = is_doubtful.then(|| {
-        format!(
-            "inconsistent: NIS above its bound at {}",
-            plural(failures, "update")
-        )
-    });
+    let fault = is_doubtful.then(|| inconsistent(&run.history));
     finding("inconsistent", fault, "consistent")
+}
+
+/// That a run is inconsistent, and why: whatever test failed, not only the one of the innovations.
+fn inconsistent(history: &History) -> String {
+    history.reason().map_or_else(
+        || "inconsistent".to_owned(),
+        |reason| format!("inconsistent: {reason}"),
+    )
 }
 
 fn near_truth(end: &End) -> Option<Finding> {
@@ -261,5 +263,22 @@ pub fn plural(count: u64, what: &str) -> String {
         format!("1 {what}")
     } else {
         format!("{count} {what}s")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An inconsistent run whose innovations never failed tells the judge's reason, or the words of the record.
+    #[test]
+    fn inconsistent_says_why() {
+        let mut history = History::default();
+        assert_eq!(inconsistent(&history), "inconsistent");
+        history.recorded_words = Some("scale factor x; 1 sigma at most 1 deg/h".to_owned());
+        let expected = "inconsistent: scale factor x; 1 sigma at most 1 deg/h";
+        assert_eq!(inconsistent(&history), expected);
+        history.reasons = vec!["latitude".to_owned(), "noise".to_owned()];
+        assert_eq!(inconsistent(&history), "inconsistent: latitude");
     }
 }

@@ -139,6 +139,11 @@ impl SelfCalibrate {
         let Some(UnderWay { handle, .. }) = self.under_way.take() else {
             return;
         };
+        let message = if code == Outcome::CONVERGED {
+            message
+        } else {
+            with_reasons(message, &calibrator.reasons())
+        };
         tracing::info!("{}: {message}", self.action);
         let mut calibration: Calibration = calibrator.last_good().unwrap_or_default();
         calibration.converged &= code == Outcome::CONVERGED;
@@ -154,6 +159,18 @@ impl SelfCalibrate {
             _ => handle.abort(&outcome),
         }
     }
+}
+
+/// Who asked for a calibration and does not get it reads everything that the judge has against it.
+fn with_reasons(mut message: String, reasons: &[String]) -> String {
+    for reason in reasons {
+        // The line of an estimate has the worst already.
+        if !message.contains(reason) {
+            message.push_str("; ");
+            message.push_str(reason);
+        }
+    }
+    message
 }
 
 /// Why a goal means nothing.
@@ -253,6 +270,15 @@ mod tests {
         };
         let expected = Thresholds::new([2e-5, 2e-5, 3e-4], [1e-4; 3], [5e-8; 3]);
         assert_eq!(thresholds(&goal, own), expected);
+    }
+
+    /// A result has every reason of the judge, each once.
+    #[test]
+    fn a_result_has_the_reasons() {
+        let reasons = ["scale factor".to_owned(), "latitude".to_owned()];
+        let message = with_reasons("not converged: scale factor; 1 sigma".to_owned(), &reasons);
+        assert_eq!(message, "not converged: scale factor; 1 sigma; latitude");
+        assert_eq!(with_reasons("cancelled".to_owned(), &[]), "cancelled");
     }
 
     /// Numbers that are none, and a time that runs backwards, are refused by name.

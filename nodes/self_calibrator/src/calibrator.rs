@@ -318,6 +318,12 @@ impl Calibrator {
         )
     }
 
+    /// What the judge has against the newest estimate, the worst first; nothing where it converged.
+    pub fn reasons(&self) -> Vec<String> {
+        let of = |latest: &Estimate| latest.verdict(self.machine.settings()).reasons;
+        self.latest.as_ref().map(of).unwrap_or_default()
+    }
+
     /// What the scheme reported last.
     pub fn scheme_status(&self) -> Option<&SchemeStatus> {
         self.scheme_status.as_ref()
@@ -382,8 +388,7 @@ impl Calibrator {
     }
 
     fn told_estimate(&self, estimate: &Estimate) -> SelfCalibrationEstimate {
-        let thresholds = &self.machine.settings().thresholds;
-        translation::estimate(estimate, thresholds, &self.frame_id)
+        translation::estimate(estimate, self.machine.settings(), &self.frame_id)
     }
 
     /// Whoever reads an estimate reads that its sigmas stand on noise that nobody told.

@@ -12,7 +12,7 @@ use sins::estimation::groups::navigation::MISALIGNMENT;
 use sins::estimation::groups::scale::{ACCELEROMETER_SCALE_FACTOR, GYROSCOPE_SCALE_FACTOR};
 use sins::estimation::state::StateList;
 use sins::machines::self_calibration::{
-    Estimate, NOT_KNOWN, Phase, SampleReport, Thresholds, named_errors,
+    Estimate, NOT_KNOWN, Phase, SampleReport, Settings, named_errors,
 };
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
@@ -31,7 +31,7 @@ pub const fn phase_number(phase: Phase) -> u8 {
 /// The message of an estimate. Heading, pitch and roll are those of the block with both joints turned back to zero.
 pub fn estimate(
     estimate: &Estimate,
-    thresholds: &Thresholds,
+    settings: &Settings,
     frame_id: &str,
 ) -> SelfCalibrationEstimate {
     let covariance = estimate.covariance();
@@ -49,7 +49,7 @@ pub fn estimate(
             .states
             .states()
             .iter()
-            .map(|name| thresholds.of(name).unwrap_or(0.0))
+            .map(|name| settings.thresholds.of(name).unwrap_or(0.0))
             .collect(),
         gyroscope_drift: estimate.gyroscope_drift().into(),
         gyroscope_drift_std: estimate.gyroscope_drift_sigma().into(),
@@ -70,7 +70,7 @@ pub fn estimate(
         gaps: estimate.samples.counts.gaps,
         lost_samples: estimate.samples.counts.lost,
         duration: estimate.duration_s,
-        message: line(estimate),
+        message: line(estimate, settings),
     }
 }
 
@@ -261,13 +261,18 @@ fn losses(samples: &SampleReport) -> String {
     text
 }
 
-/// One line for a person: where it stands and how well the sensors are known.
-fn line(estimate: &Estimate) -> String {
+/// One line for a person: where it stands, what the judge has against it (the worst), and how well the sensors are known.
+fn line(estimate: &Estimate, settings: &Settings) -> String {
     let largest = |v: Vector3<f64>| v.max();
+    let reason = match estimate.phase {
+        Phase::Inconsistent => estimate.verdict(settings).reasons.into_iter().next(),
+        _ => None,
+    };
     format!(
-        "{} at {:.0} s: 1 sigma at most {:.4} deg/h and {:.2} ug, azimuth {:.1} arcsec{}",
+        "{} at {:.0} s: {}1 sigma at most {:.4} deg/h and {:.2} ug, azimuth {:.1} arcsec{}",
         estimate.phase.name().replace('_', " "),
         estimate.duration_s,
+        reason.map_or_else(String::new, |reason| format!("{reason}; ")),
         largest(estimate.gyroscope_drift_sigma()) / DEG_PER_HOUR,
         largest(estimate.accelerometer_bias_sigma()) / MICRO_G,
         estimate.misalignment_sigma().z / ARC_SECOND,

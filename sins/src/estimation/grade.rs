@@ -83,7 +83,7 @@ impl std::str::FromStr for Grade {
     }
 }
 
-/// One-sigma of the azimuth that gyroscopes of this drift \[rad/s\] find against the earth's rate: ε / (ω cos L), at least
+/// One-sigma of the azimuth that gyroscopes of this drift \[rad/s\] find against the earth's rate: 1.5 ε / (ω cos L), at least
 /// 10 deg and at most 60 deg \[rad\].
 pub fn azimuth_prior_rad(drift_rad_s: &Vector3<f64>, cos_latitude: f64) -> f64 {
     let north = crate::earth::EARTH_RATE_RAD_S * cos_latitude;
@@ -92,7 +92,34 @@ pub fn azimuth_prior_rad(drift_rad_s: &Vector3<f64>, cos_latitude: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
     use super::*;
+
+    /// The azimuth's prior is half as much again as the drift over the earth's rate northwards, between 10 and 60 deg: 0.01 deg/h are
+    /// below, 20 deg/h above, 3 deg/h between them, and more so at a higher latitude.
+    #[test]
+    fn azimuth_prior_is_drift_over_earth_rate() {
+        let prior = |drift_deg_h: f64, latitude_deg: f64| {
+            let drift = Vector3::new(0.0, drift_deg_h, -0.5 * drift_deg_h) * DEG_PER_HOUR;
+            azimuth_prior_rad(&drift, latitude_deg.to_radians().cos()).to_degrees()
+        };
+        // The earth turns by 15.041 deg/h; cos 45 deg is 1/√2, cos 60 deg is 0.5.
+        for (drift, latitude, expected) in [
+            (0.01, 45.0, 10.0),
+            (0.01, 60.0, 10.0),
+            (3.0, 45.0, 4.5 / (15.041_07 * FRAC_1_SQRT_2) * 57.295_78),
+            (3.0, 60.0, 4.5 / (15.041_07 * 0.5) * 57.295_78),
+            (20.0, 45.0, 60.0),
+            (20.0, 60.0, 60.0),
+        ] {
+            let found = prior(drift, latitude);
+            assert!(
+                (found - expected).abs() < 0.01,
+                "{drift} {latitude}: {found}"
+            );
+        }
+    }
 
     /// Gyroscopes of 0.001, 0.1 and 0.5 deg/√h are of three grades.
     #[test]

@@ -204,4 +204,101 @@ mod tests {
             .all(|(i, (_, v))| *v == i as f64);
         assert!(in_order);
     }
+
+    /// How a group is switched off, what all names of its states have, and how many they are.
+    type Case = (fn(&mut GroupPriors), &'static str, usize);
+
+    /// Every group that is switched off by itself takes its own states from the model, and no others: their prior is zero.
+    #[test]
+    fn a_group_that_is_switched_off_is_gone() {
+        use super::super::model::Model;
+        use crate::earth::Position;
+        use crate::mechanization::strapdown::NavigationState;
+        use nalgebra::{UnitQuaternion, Vector3};
+
+        let initial = InitialUncertainty {
+            position_m: 10.0,
+            velocity_m_s: 0.01,
+            misalignment_rad: Vector3::repeat(0.01),
+            accelerometer_bias_m_s2: Vector3::repeat(1e-3),
+            gyroscope_drift_rad_s: Vector3::repeat(1e-7),
+        };
+        let place = NavigationState {
+            attitude: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            position: Position {
+                latitude_rad: 0.8,
+                longitude_rad: 0.0,
+                height_m: 0.0,
+            },
+        };
+        let switched_off = |change: fn(&mut GroupPriors)| {
+            let mut priors = GroupPriors::default();
+            change(&mut priors);
+            let [all, rest] =
+                [GroupPriors::default(), priors].map(|priors| priors.model(&initial).prior(&place));
+            let names = Whole::STATES.iter().map(|label| label.name);
+            let both = names.zip(all.iter().zip(rest.iter()));
+            both.filter(|(_, (all, rest))| **all > 0.0 && **rest == 0.0)
+                .map(|(name, _)| name)
+                .collect::<Vec<_>>()
+        };
+        let cases: [Case; 13] = [
+            (|p| p.height_m = 0.0, "height_", 1),
+            (
+                |p| p.gyroscope_scale_factor = 0.0,
+                "gyroscope_scale_factor_",
+                3,
+            ),
+            (
+                |p| p.gyroscope_installation_rad = 0.0,
+                "gyroscope_installation_",
+                6,
+            ),
+            (
+                |p| p.accelerometer_scale_factor = 0.0,
+                "accelerometer_scale_factor_",
+                3,
+            ),
+            (
+                |p| p.accelerometer_installation_rad = 0.0,
+                "accelerometer_installation_",
+                3,
+            ),
+            (
+                |p| p.accelerometer_quadratic_per_m_s2 = 0.0,
+                "accelerometer_quadratic_",
+                3,
+            ),
+            (|p| p.accelerometer_arm_m = 0.0, "accelerometer_arm_", 9),
+            (
+                |p| p.gyroscope_g_sensitivity_rad_s_per_m_s2 = 0.0,
+                "gyroscope_g_sensitivity_",
+                3,
+            ),
+            (
+                |p| p.accelerometer_delay_s = 0.0,
+                "accelerometer_delay_s",
+                1,
+            ),
+            (
+                |p| p.table_nonorthogonality_rad = 0.0,
+                "nonorthogonality",
+                1,
+            ),
+            (|p| p.inner_axis_tilt_rad = 0.0, "inner_axis_tilt", 2),
+            (|p| p.encoder_zero_rad = 0.0, "encoder_zero", 1),
+            (|p| p.encoder_eccentricity_rad = 0.0, "eccentricity", 4),
+        ];
+        for (change, words, count) in cases {
+            let gone = switched_off(change);
+            assert_eq!(gone.len(), count, "{words}: {gone:?}");
+            assert!(
+                gone.iter().all(|name| name.contains(words)),
+                "{words}: {gone:?}"
+            );
+        }
+        assert_eq!(switched_off(|p| p.antenna_arm_m = 0.0).len(), 3);
+        assert!(switched_off(|_| ()).is_empty());
+    }
 }

@@ -144,12 +144,17 @@ fn experiment_converges_and_compensation_helps() {
     assert!(without / with > 7.0 / 3.0, "{without} {with}");
 }
 
-/// What no test of the judge can see in four hours is known by name: what grows no faster than the sensor's own noise lets it
-/// be measured.
-const UNSEEN: [&str; 2] = ["drifts grow", "g-sensitivity"];
+/// What no test of the judge can see in four hours, by model and exact name, and how far an accepted world of it may be off \[sigma\]:
+/// what grows no faster than the sensor's own noise lets it be measured, and what looks like an azimuth to a filter without states
+/// of it. In 2000 worlds they were off by up to 5.4 and 7.6 sigma.
+const UNSEEN: [(&str, &str, f64); 3] = [
+    ("paper", "drifts grow 1e-3 deg/h/h", 8.0),
+    ("paper", "g-sensitivity 0.01 deg/h/g", 10.0),
+    ("whole", "drifts grow 1e-3 deg/h/h", 8.0),
+];
 
 /// Two hundred worlds, of every kind and for both models: none that the model holds is refused, and whatever is accepted and wrong is of a kind
-/// that is known not to be seen.
+/// that is known not to be seen, and not farther off than is known of it.
 #[test]
 fn a_verdict_is_not_wrong_in_silence() {
     for model in ["paper", "whole"] {
@@ -167,10 +172,78 @@ fn a_verdict_is_not_wrong_in_silence() {
         assert_eq!(report["false_alarm"]["count"], 0, "{report}");
         for kind in report["kinds"].as_array().unwrap() {
             let name = kind["name"].as_str().unwrap();
-            let is_unseen = UNSEEN.iter().any(|unseen| name.starts_with(unseen));
-            assert!(is_unseen || kind["false_assurance"] == 0, "{model}: {kind}");
+            let unseen = UNSEEN
+                .iter()
+                .find(|unseen| (unseen.0, unseen.1) == (model, name));
+            match unseen {
+                Some((.., farthest)) => {
+                    let worst = number(&kind["worst_accepted_z"]);
+                    assert!(worst < *farthest, "{model}: {kind}");
+                }
+                None => assert_eq!(kind["false_assurance"], 0, "{model}: {kind}"),
+            }
         }
     }
+}
+
+/// A refused world through the command line: status 1, and the JSON has the failed test with figure, bound, state and sentence, which
+/// is among the reasons.
+#[test]
+fn a_refused_world_says_why_in_json() {
+    let bag = scratch("refused-world").join("bag.mcap");
+    let _ = rotary_sins(&[
+        "simulate",
+        "--hours",
+        "1",
+        "--rate",
+        "10",
+        "--gyroscope-scale-factor-ppm",
+        "50,50,50",
+        "--output",
+        bag.to_str().unwrap(),
+    ])
+    .expect_status(0);
+    let arguments = [
+        "calibrate",
+        bag.to_str().unwrap(),
+        "--model",
+        "paper",
+        "--json",
+    ];
+    let json = rotary_sins(&arguments).expect_status(1).json();
+    assert_eq!(json["phase"], "inconsistent");
+    assert_eq!(json["verdict"]["consistent"], false);
+    let tests = json["verdict"]["tests"].as_array().unwrap();
+    let named = |name: &str| tests.iter().find(|test| test["name"] == name).unwrap();
+    let failed = named("left_out_state");
+    assert_eq!(failed["passed"], false);
+    assert!(
+        number(&failed["figure"]) > number(&failed["bound"]),
+        "{failed}"
+    );
+    let state = failed["state"].as_str().unwrap();
+    assert!(
+        json["state_names"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|name| name != state)
+    );
+    let sentence = failed["sentence"].as_str().unwrap();
+    assert!(
+        sentence.contains("the model paper does not hold it"),
+        "{sentence}"
+    );
+    let reasons = json["verdict"]["reasons"].as_array().unwrap();
+    assert!(
+        reasons.iter().any(|reason| reason == sentence),
+        "{reasons:?}"
+    );
+    let passed = named("linearity");
+    assert!(
+        passed["passed"] == true && passed.get("sentence").is_none(),
+        "{passed}"
+    );
 }
 
 /// Ranks and conditions of a scheme from a file, on a ship elsewhere, as JSON.

@@ -341,3 +341,32 @@ const RECORDED: [Interface; 10] = [
     topics::UNCOMPENSATED_FIX_INS.row(),
     topics::TRUE_CALIBRATION.row(),
 ];
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use clap::Parser as _;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Alone {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    /// Who says nothing sees a real sensor: a ring laser with errors that the paper's states do not hold, under the whole model.
+    #[test]
+    fn the_default_is_a_real_sensor_under_the_whole_model() {
+        let options = Alone::parse_from(["demo"]).options;
+        options.check().unwrap();
+        assert_eq!(options.model, ModelChoice::Whole);
+        let grade = SensorGrade::named(&options.sensor).unwrap();
+        assert_eq!(grade, SensorGrade::RingLaser);
+        let drawn = grade.draw(u64::from(options.seed));
+        let errors = drawn.imu.errors;
+        assert!(errors.gyroscope_matrix.norm() > 0.0);
+        assert!(errors.accelerometer_quadratic.norm() > 0.0);
+        assert!(drawn.table.nonorthogonality_rad != 0.0);
+    }
+}

@@ -7,7 +7,7 @@ use ratatui::{
     layout::{Constraint, Layout, Rect},
     style::{Color, Modifier, Style},
     text::{Line, Span},
-    widgets::Paragraph,
+    widgets::{Paragraph, Wrap},
 };
 use rotary_sins_msgs::interfaces::topics::{ESTIMATE, SCHEME_STATUS};
 use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
@@ -28,6 +28,8 @@ const ROWS: [(&str, &str, f64); NINE] = [
     ("acc bias y", "ug", MICRO_G),
     ("acc bias z", "ug", MICRO_G),
 ];
+/// Lines for the reason of an inconsistent run.
+const REASON_LINES: u16 = 2;
 /// Columns of a row before its curve.
 const BEFORE_CURVE: usize = 52;
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
@@ -51,12 +53,14 @@ impl Look {
 
 /// Draws the page.
 pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
-    let [title, scheme, table, groups, numbers, faults, foot] = Layout::vertical([
+    let why = reason(state);
+    let [title, scheme, table, groups, numbers, because, faults, foot] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(3),
         Constraint::Length(NINE as u16 + 1),
         Constraint::Length(1),
         Constraint::Length(3),
+        Constraint::Length(if why.is_some() { REASON_LINES } else { 0 }),
         Constraint::Min(3),
         Constraint::Length(1),
     ])
@@ -73,6 +77,8 @@ pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
     let known = fit(&groups_line(state), usize::from(groups.width));
     frame.render_widget(Paragraph::new(known), groups);
     frame.render_widget(Paragraph::new(number_lines(state, look)), numbers);
+    let why = Paragraph::new(why.unwrap_or_default()).style(look.of(Color::Red));
+    frame.render_widget(why.wrap(Wrap { trim: true }), because);
     frame.render_widget(
         Paragraph::new(fault_lines(state, now, look, faults)),
         faults,
@@ -308,6 +314,23 @@ fn sigma_text(sigma: f64) -> String {
     }
 }
 
+/// Why the run is inconsistent, as its message has it.
+fn reason(state: &MonitorState) -> Option<String> {
+    let e = &state.estimate.as_ref()?.message;
+    (e.phase == SelfCalibrationEstimate::INCONSISTENT).then(|| format!("because: {}", e.words()))
+}
+
+/// What is thought of the innovations. The phase is the judge's word on the run: small innovations do not make it consistent.
+fn agreement(e: &SelfCalibrationEstimate) -> (&'static str, Color) {
+    match e.phase {
+        SelfCalibrationEstimate::INCONSISTENT => ("INCONSISTENT", Color::Red),
+        SelfCalibrationEstimate::WAITING_FOR_POSITION
+        | SelfCalibrationEstimate::COARSE_ALIGNMENT => ("not judged yet", Color::Cyan),
+        _ if e.nis_window_mean <= e.nis_upper_bound => ("consistent", Color::Green),
+        _ => ("above its bound", Color::Red),
+    }
+}
+
 fn number_lines(state: &MonitorState, look: Look) -> Vec<Line<'static>> {
     let Some(heard) = &state.estimate else {
         return Vec::new();
@@ -323,12 +346,7 @@ fn number_lines(state: &MonitorState, look: Look) -> Vec<Line<'static>> {
             sigma.to_degrees()
         )
     };
-    let is_consistent = e.nis_window_mean <= e.nis_upper_bound;
-    let verdict = if is_consistent {
-        "consistent"
-    } else {
-        "INCONSISTENT"
-    };
+    let (verdict, colour) = agreement(e);
     let of = |node: &str, key: &str| {
         state
             .value(&format!("{node}: imu samples"), key)
@@ -347,14 +365,7 @@ fn number_lines(state: &MonitorState, look: Look) -> Vec<Line<'static>> {
                 "NIS {:.2}, mean {:.2}, bound {:.2}: ",
                 e.nis, e.nis_window_mean, e.nis_upper_bound
             )),
-            Span::styled(
-                verdict,
-                look.of(if is_consistent {
-                    Color::Green
-                } else {
-                    Color::Red
-                }),
-            ),
+            Span::styled(verdict, look.of(colour)),
         ]),
         Line::raw(format!(
             "samples {}  gaps {}  lost {}  IMU {} Hz; compensator gaps {} lost {}",

@@ -38,6 +38,7 @@ fn running(now: Instant) -> MonitorState {
     for step in 0..500 {
         state.estimate(
             SelfCalibrationEstimate {
+                phase: SelfCalibrationEstimate::CALIBRATING,
                 phase_name: "calibrating".to_owned(),
                 duration: f64::from(step),
                 misalignment_std: [3e-6, f64::NAN, f64::INFINITY],
@@ -174,4 +175,32 @@ fn sparklines_fall_and_leave_holes() {
     assert_eq!(sparkline([5.0, 5.0].into_iter(), 10), "▁▁");
     assert_eq!(sparkline((0..1000).map(f64::from), 10).chars().count(), 10);
     assert_eq!(sparkline(std::iter::empty(), 10), "");
+}
+
+/// An inconsistent run is not called consistent for its small innovations, and the reason of its message stands below them.
+#[test]
+fn an_inconsistent_run_shows_its_reason() {
+    let now = Instant::now();
+    let mut state = running(now);
+    assert!(!text(&state, now, 80, 24).join("\n").contains("because"));
+    let mut estimate = state.estimate.as_ref().unwrap().message.clone();
+    estimate.phase = SelfCalibrationEstimate::INCONSISTENT;
+    estimate.phase_name = "inconsistent".to_owned();
+    let reason = "gyroscope scale factor z 52.0 ± 0.60 ppm: the model paper does not hold it";
+    estimate.message = format!("inconsistent at 3600 s: {reason}; 1 sigma at most 0.0010 deg/h");
+    state.estimate(estimate, now);
+    let lines = text(&state, now, 80, 24);
+    let all = lines.join("\n");
+    let nis = lines.iter().find(|line| line.starts_with("NIS")).unwrap();
+    assert!(
+        nis.ends_with("mean 1.20, bound 2.60: INCONSISTENT"),
+        "{all}"
+    );
+    assert!(!all.contains(": consistent"), "{all}");
+    let at = lines
+        .iter()
+        .position(|line| line.starts_with("because: gyroscope scale factor z 52.0"));
+    let both = lines[at.unwrap()..at.unwrap() + 2].join(" ");
+    assert!(both.contains("the model paper does not hold it"), "{all}");
+    assert!(lines[23].starts_with("q quits"), "{all}");
 }

@@ -20,7 +20,12 @@ impl Calibrator {
     pub(super) fn follow(&mut self, event: Event) -> Option<Output> {
         match event {
             Event::Estimate(estimate) => return Some(self.take(*estimate)),
-            Event::PhaseChanged { .. } => self.follow_phase(),
+            // Of a filter that runs the estimate comes right behind, and has the reason.
+            Event::PhaseChanged { to, .. } => {
+                if matches!(to, Phase::WaitingForPosition | Phase::CoarseAlignment) {
+                    self.follow_phase();
+                }
+            }
             Event::Refused(refused) => {
                 let stamp = refused.stamp.nanos();
                 let reason = format!("sample at {stamp} ns: {}", refused.why);

@@ -40,7 +40,10 @@ impl Beginning<'_> {
         Ok(match settings.model {
             ModelChoice::Paper => {
                 let model = initial.model();
-                let filter = self.filter(model)?.into();
+                // What no state describes costs nothing unless somebody says so: no grade has a figure.
+                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
+                let turn_noise = settings.groups.resolved(grade).turn_noise;
+                let filter = self.filter(model)?.with_turn_noise(turn_noise).into();
                 (filter, model.named_prior(&self.place))
             }
             ModelChoice::Whole => {

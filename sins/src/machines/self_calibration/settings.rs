@@ -314,22 +314,39 @@ impl Settings {
         }
     }
 
-    /// Refuses groups that do not go without each other: the accelerometers' matrix with a vertical channel takes a square that
-    /// nobody estimates for its own, and is then more wrong than no matrix (5 ug/g²: 32 sigma on an independent filter).
+    /// Refuses groups that do not go without each other. The whole model measures upwards too, so accelerometer scale factors,
+    /// installation angles and squares all show there, and what is not estimated is taken for something that is (largest error over
+    /// sigma on an independent filter): a square of 5 ug/g² without squares 32, with scale factors or without; a scale factor of
+    /// 30 ppm without scale factors 71; installation angles of 7 arcsec without them 13.
     fn check_groups(&self) -> Result<(), Error> {
+        if self.model != ModelChoice::Whole {
+            return Ok(());
+        }
         let groups = &self.groups;
-        let has_matrix = groups.accelerometer_scale_factor != 0.0
-            || groups.accelerometer_installation_rad != 0.0;
-        if self.model == ModelChoice::Whole
-            && has_matrix
-            && groups.accelerometer_quadratic_per_m_s2 == 0.0
-        {
-            return Err(Error::setting(
+        for (name, sigma, why) in [
+            (
+                "groups.accelerometer_scale_factor",
+                groups.accelerometer_scale_factor,
+                "what upward innovations show of the scale factors would be taken for biases (30 ppm: 71 sigma)",
+            ),
+            (
+                "groups.accelerometer_installation_rad",
+                groups.accelerometer_installation_rad,
+                "what upward innovations show of the installation angles would be taken for biases (7 arcsec: 13 sigma)",
+            ),
+            (
                 "groups.accelerometer_quadratic_per_m_s2",
-                0,
-                "a positive number (a small one where the squares are known) beside accelerometer scale factors and \
-                 installation angles, which would take the squares for their own; or 0 for all three",
-            ));
+                groups.accelerometer_quadratic_per_m_s2,
+                "scale factors, installation angles and biases would take the squares for their own (5 ug/g2: 32 sigma)",
+            ),
+        ] {
+            if sigma == 0.0 {
+                let expected = format!(
+                    "a positive number beside the vertical channel of the whole model, a small one where they are known: {why}; the \
+                     model paper has neither"
+                );
+                return Err(Error::setting(name, 0, expected));
+            }
         }
         Ok(())
     }
@@ -462,17 +479,17 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Accelerometer matrices without squares are refused by name; a small prior of the squares, or none of them, is not.
+    /// A vertical channel without accelerometer scale factors, installation angles or squares is refused by name and with the
+    /// reason, be it one of them or all; a small prior is not, and the model paper has none of them.
     #[test]
     fn groups_that_belong_together_come_together() {
-        let whole = |quadratic: f64, matrix: f64| {
+        let check = |model: ModelChoice, [scale, installation, square]: [f64; 3]| {
             let groups = GroupPriors {
-                accelerometer_quadratic_per_m_s2: quadratic,
-                accelerometer_scale_factor: matrix,
-                accelerometer_installation_rad: matrix,
+                accelerometer_scale_factor: scale,
+                accelerometer_installation_rad: installation,
+                accelerometer_quadratic_per_m_s2: square,
                 ..GroupPriors::BY_GRADE
             };
-            let model = ModelChoice::Whole;
             Settings {
                 model,
                 groups,
@@ -480,9 +497,20 @@ mod tests {
             }
             .check()
         };
-        let refused = whole(0.0, -1.0).unwrap_err().to_string();
-        assert!(refused.contains("accelerometer_quadratic"), "{refused}");
-        whole(1e-9, -1.0).unwrap();
-        whole(0.0, 0.0).unwrap();
+        for (priors, name, reason) in [
+            ([-1.0, -1.0, 0.0], "accelerometer_quadratic", "32 sigma"),
+            ([0.0, -1.0, -1.0], "accelerometer_scale_factor", "71 sigma"),
+            ([-1.0, 0.0, -1.0], "accelerometer_installation", "13 sigma"),
+            ([0.0; 3], "accelerometer_scale_factor", "71 sigma"),
+        ] {
+            let refused = check(ModelChoice::Whole, priors).unwrap_err().to_string();
+            assert!(
+                refused.contains(name) && refused.contains(reason),
+                "{refused}"
+            );
+            check(ModelChoice::Paper, priors).unwrap();
+        }
+        check(ModelChoice::Whole, [1e-9, 1e-9, 1e-9]).unwrap();
+        check(ModelChoice::Whole, [-1.0; 3]).unwrap();
     }
 }

@@ -6,13 +6,15 @@ use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
 
 use crate::earth::Position;
 use crate::error::Error;
-use crate::machines::self_calibration::{Estimate, SelfCalibration, Settings, Verdict};
+use crate::machines::self_calibration::{
+    Estimate, SelfCalibration, Settings, Verdict, named_errors,
+};
 use crate::sensor::SensorErrors;
 use crate::simulation::{Run, Simulator, SimulatorSettings};
 use crate::studies::monte_carlo::{CALIBRATED, CALIBRATED_NAMES, CALIBRATED_STATES};
-use crate::table::Turntable;
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
+use crate::table::{TableErrors, Turntable};
 use crate::time::Stamp;
 
 /// Within this of its target a joint has arrived: more than any encoder's zero is off \[rad\].
@@ -51,6 +53,8 @@ pub struct Outcome {
     pub z: [f64; CALIBRATED_STATES],
     /// Normalized estimation error squared of the nine.
     pub nees: f64,
+    /// Error over sigma of every other error of sensors and table that the filter has learned, by the state's name.
+    pub others: Vec<(&'static str, f64)>,
 }
 
 impl Outcome {
@@ -65,6 +69,12 @@ impl Outcome {
                     worst
                 }
             })
+    }
+
+    /// The greatest error over sigma of what was learned beyond the nine, with its name; none where nothing was.
+    pub fn worst_other(&self) -> Option<(&'static str, f64)> {
+        let each = self.others.iter().map(|(name, z)| (*name, z.abs()));
+        each.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Exit status 0.
@@ -124,6 +134,7 @@ impl World {
                 stamp: tick.imu.stamp,
                 attitude: run.simulator().plant().attitude(),
                 errors: run.simulator().sensor_errors(),
+                table: self.simulator.plant.table_errors,
             });
             if truths.len() > KEPT_TRUTHS {
                 truths.pop_front();
@@ -147,6 +158,23 @@ struct Truth {
     stamp: Stamp,
     attitude: UnitQuaternion<f64>,
     errors: SensorErrors,
+    table: TableErrors,
+}
+
+/// Every state that the filter has learned beyond the nine, against its truth. What kept its prior was not found, and is listed as
+/// unobservable.
+fn learned_others(estimate: &Estimate, truth: &Truth) -> Vec<(&'static str, f64)> {
+    let hidden = estimate.unobservable();
+    let true_values = named_errors(&truth.errors, &truth.table);
+    let found = named_errors(&estimate.errors, &estimate.table);
+    let pairs = found.into_iter().zip(true_values);
+    pairs
+        .filter(|((name, _), _)| !CALIBRATED_NAMES.contains(name) && !hidden.contains(name))
+        .filter_map(|((name, found), (_, is))| {
+            let sigma = estimate.states.sigma(name).filter(|sigma| *sigma > 0.0)?;
+            Some((name, (is - found) / sigma))
+        })
+        .collect()
 }
 
 fn compare(estimate: Estimate, truth: &Truth, settings: &Settings) -> Outcome {
@@ -175,6 +203,7 @@ fn compare(estimate: Estimate, truth: &Truth, settings: &Settings) -> Outcome {
         Some(scaled.dot(&correlation.cholesky()?.solve(&scaled)))
     });
     Outcome {
+        others: learned_others(&estimate, truth),
         verdict: estimate.verdict(settings),
         reached: settings.thresholds.reached(covariance) >= 1.0,
         estimate,

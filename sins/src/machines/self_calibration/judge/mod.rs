@@ -261,4 +261,50 @@ mod tests {
         let verdict = evidence(&judge, &counts, &covariance).verdict(&settings);
         assert!(verdict.converged, "{verdict:?}");
     }
+
+    /// A state that is asked for and has kept its prior has not been learned, however loose the threshold is: it hinders convergence,
+    /// and the reason says so. Where nothing is asked of it, it hinders nothing.
+    #[test]
+    fn an_unobservable_state_hinders_only_where_it_is_asked_for() {
+        let state = "gyroscope_scale_factor_z";
+        let counts = StreamCounts::default();
+        let mut settings = settings();
+        let mut judge = Judge::new(&settings);
+        (0..40).for_each(|_| judge.take(2.0));
+        let asked: Vec<&str> = settings.thresholds.iter().map(|(l, _)| l.name).collect();
+        let sigmas = |of_state: f64| {
+            let known = asked.iter().map(|name| (*name, 0.0));
+            NamedCovariance::from_sigmas(known.chain([(state, of_state)])).unwrap()
+        };
+        let of_prior = NamedCovariance::from_sigmas([(state, 50e-6)]).unwrap();
+        let prior = StateValues::new(of_prior.states().clone(), &[50e-6]).unwrap();
+        let verdict = |sigma: f64, settings: &Settings| {
+            let covariance = sigmas(sigma);
+            let evidence = Evidence {
+                prior: Some(&prior),
+                ..evidence(&judge, &counts, &covariance)
+            };
+            evidence.verdict(settings)
+        };
+        // Nothing is asked of it.
+        let idle = verdict(50e-6, &settings);
+        assert!(idle.converged && idle.learned, "{idle:?}");
+        // A threshold above the prior is reached from the beginning, and nothing has been learned.
+        settings.thresholds.ask(state, 100e-6).unwrap();
+        let kept = verdict(50e-6, &settings);
+        assert!(!kept.converged && kept.consistent && kept.sigmas && !kept.learned);
+        let expected = "nothing has been learned of gyroscope scale factor z: 1 sigma is 50.0 ppm, and was 50.0 before";
+        assert_eq!(kept.reasons, [expected]);
+        // Learned, it does not hinder.
+        let found = verdict(10e-6, &settings);
+        assert!(
+            found.converged && found.learned && found.reasons.is_empty(),
+            "{found:?}"
+        );
+        // A threshold below what it has kept hinders too, and first.
+        settings.thresholds.ask(state, 10e-6).unwrap();
+        let hidden = verdict(50e-6, &settings);
+        assert!(!hidden.converged && !hidden.sigmas && !hidden.learned);
+        assert!(hidden.reasons[0].starts_with("1 sigma of gyroscope scale factor z is 50.0 ppm"));
+    }
 }

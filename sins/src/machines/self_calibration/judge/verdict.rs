@@ -51,6 +51,9 @@ pub struct TestResult {
     /// The one-sigma that goes with it, SI.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
+    /// What a test that failed means, in words; it is among the reasons of the verdict.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sentence: Option<String>,
 }
 
 impl From<&Finding> for TestResult {
@@ -63,6 +66,7 @@ impl From<&Finding> for TestResult {
             state: finding.about.map(|(label, _, _)| label.name),
             value: finding.about.map(|(_, value, _)| value),
             sigma: finding.about.map(|(_, _, sigma)| sigma),
+            sentence: (!finding.passes()).then(|| finding.to_string()),
         }
     }
 }
