@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::machines::self_calibration::{Estimate, SelfCalibration, Settings, Verdict};
 use crate::sensor::SensorErrors;
 use crate::simulation::{Run, Simulator, SimulatorSettings};
-use crate::studies::monte_carlo::{CALIBRATED, CALIBRATED_NAMES, CALIBRATED_STATES};
+use crate::studies::paper::{CALIBRATED, CALIBRATED_NAMES, CALIBRATED_STATES};
 use crate::table::Turntable;
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
