@@ -5,7 +5,7 @@ use std::process::Command;
 
 use ros_node::Qos;
 use ros2_interfaces::sensor_msgs::JointState;
-use suite_tests::{Listener, Program, Scene, isolated, repository, rotary_sins, skip};
+use suite_tests::{Listener, Program, Scene, isolated, repository, rotary_sins, scratch, skip};
 
 fn interrupted_in_a_turn(interface: &str) {
     let scene = Scene::new(&format!("stopped_by_{interface}"));
@@ -60,18 +60,18 @@ fn an_interrupted_sequencer_stops_the_table() {
 /// status is 0.
 #[test]
 fn a_recorder_ends_its_bag_on_a_slow_disk() {
+    let library = scratch("library").join("slow_write.so");
+    let built = Command::new("cc")
+        .args(["-shared", "-fPIC", "-o"])
+        .arg(&library)
+        .arg(repository().join("tests/slow_disk/slow_write.c"))
+        .arg("-ldl")
+        .status();
+    if !built.is_ok_and(|status| status.success()) {
+        return skip("there is no C compiler to make a slow disk with");
+    }
     isolated(|| {
         let scene = Scene::new("slow_disk");
-        let library = scene.folder().join("slow_write.so");
-        let built = Command::new("cc")
-            .args(["-shared", "-fPIC", "-o"])
-            .arg(&library)
-            .arg(repository().join("tests/slow_disk/slow_write.c"))
-            .arg("-ldl")
-            .status();
-        if !built.is_ok_and(|status| status.success()) {
-            return skip("there is no C compiler to make a slow disk with");
-        }
         let bag = scene.folder().join("bag");
         let mut table =
             scene.start_apart(&Program::new("imu_simulator").parameter("imu_rate_hz", "50.0"));
