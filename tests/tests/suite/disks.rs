@@ -10,7 +10,8 @@ use ros_node::Qos;
 use ros2_interfaces::sensor_msgs::Imu;
 use rotary_sins_msgs::SelfCalibrationEstimate;
 use suite_tests::{
-    Listener, Program, Scene, isolated, namespaces_are_permitted, rotary_sins, skip, text, wait_until,
+    Listener, Program, Scene, isolated, namespaces_are_permitted, rotary_sins, skip, text,
+    wait_until,
 };
 
 const NO_DISK: &str = "the kernel does not let this test mount a small disk";
