@@ -242,6 +242,30 @@ mod tests {
         }
     }
 
+    /// A payload with the big end first goes the long way, and gives the same values.
+    #[test]
+    fn the_big_end_may_come_first() {
+        fn big<M: RosMessage>(message: &M) -> Vec<u8> {
+            let mut payload = vec![0, 0, 0, 0];
+            cdr_encoding::to_writer::<_, byteorder::BigEndian, _>(&mut payload, message).unwrap();
+            payload
+        }
+        let message = numbered_imu("imu_link");
+        let sample = imu(&big(&message));
+        assert_eq!(text(&sample), text(&imu(&payload(&message))));
+        assert_eq!(sample.unwrap().angular_rate.y, 2.0);
+        let message = JointState {
+            name: vec!["inner_joint".into(), "outer_joint".into()],
+            position: vec![1.0, 2.0],
+            velocity: vec![3.0, 4.0],
+            ..JointState::default()
+        };
+        let sample = joints(&big(&message));
+        assert_eq!(text(&sample), text(&joints(&payload(&message))));
+        let sample = sample.unwrap();
+        assert_eq!((sample.position, sample.velocity), ([2.0, 1.0], [4.0, 3.0]));
+    }
+
     /// A message that lacks a joint is the error of the long way.
     #[test]
     fn a_missing_joint_is_named() {

@@ -146,6 +146,55 @@ fn cut_off_anywhere() {
     }
 }
 
+/// A bag of eleven messages in small chunks, cut off at every byte: no panic, what is whole before the cut is read, in its order, and the
+/// damage is told.
+#[test]
+fn cut_off_at_every_byte() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("x.mcap");
+    write(&path, 5, Compression::None, 1000);
+    let bytes = fs::read(&path).unwrap();
+    let all = read_all(&path);
+    assert_eq!((all.messages.len(), all.warnings.len()), (11, 0));
+    // Where each chunk ends, and how many messages are whole then.
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let mut whole = Vec::new();
+    let mut count = 0;
+    for chunk in &summary.chunk_indexes {
+        let messages = summary.stream_chunk(&bytes, chunk).unwrap();
+        count += messages.map(Result::unwrap).count();
+        let end = chunk.chunk_start_offset + chunk.chunk_length;
+        whole.push((usize::try_from(end).unwrap(), count));
+    }
+    assert!(whole.len() > 2 && count == 11, "{whole:?}");
+    let mut read_before = 0;
+    for cut in 0..bytes.len() {
+        fs::write(&path, &bytes[..cut]).unwrap();
+        let name = format!("cut at {cut} of {}", bytes.len());
+        if cut < mcap::MAGIC.len() {
+            assert!(Bag::open(&path).is_err(), "{name}");
+            continue;
+        }
+        let contents = read_all(&path);
+        let read = contents.messages.len();
+        let least = whole.iter().rev().find(|(end, _)| *end <= cut);
+        assert!(
+            read >= least.map_or(0, |(_, count)| *count),
+            "{name}: {read}"
+        );
+        assert_eq!(contents.messages, all.messages[..read], "{name}");
+        assert!(read >= read_before, "{name}: {read} after {read_before}");
+        read_before = read;
+        let lines = warning_lines(&contents);
+        assert!(!lines.is_empty(), "{name}: nothing is told");
+        assert!(
+            lines[0].contains(&format!("ends at byte {cut}")),
+            "{name}: {lines:?}"
+        );
+    }
+    assert_eq!(read_before, 11);
+}
+
 /// Of the chunk that the end cuts off, what can be unpacked is read.
 #[test]
 fn the_last_chunk_is_salvaged() {

@@ -13,9 +13,10 @@ use sins::sensor::errors::SensorErrors;
 use sins::sensor::sample::NoiseDensity;
 use sins::simulation::NoiseReading;
 use sins::studies::monte_carlo::{
-    CALIBRATED, Departure, MonteCarlo, Snapshot, Statistics, Voyage, VoyageTrack, mean_nees_bounds,
+    Departure, MonteCarlo, Snapshot, Statistics, Voyage, VoyageTrack, mean_nees_bounds,
 };
 use sins::studies::observability::{Setting, bound::bound, degree::degrees};
+use sins::studies::paper::CALIBRATED;
 use sins::table::scheme::Scheme;
 use sins::table::{Axis, Turntable};
 use sins::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};

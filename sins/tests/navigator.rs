@@ -12,7 +12,8 @@ use sins::machines::navigator::{
 };
 use sins::machines::self_calibration::{Calibration, Phase, Reference, Settings};
 use sins::sensor::{ImuSample, SensorErrors, VelocityMeasurement};
-use sins::table::{JointSample, TableErrors};
+use sins::stream::order::EpochCause;
+use sins::table::{JointSample, TableErrors, Turntable};
 
 const RATE_HZ: i64 = 20;
 const INTERVAL_S: f64 = 1.0 / RATE_HZ as f64;
@@ -171,6 +172,74 @@ fn a_jump_goes_on_from_the_newest_position() {
         let off_m = there.offset_m(&solution.navigation.position).norm();
         assert!(off_m < 10.0, "{off_m} m from the newest fix");
     }
+}
+
+/// The clock is set back by 4 s while the table turns, less than what is bridged: no interval is made of it. Its own alignment begins
+/// anew, once, and knows the attitude of the block that went on turning.
+#[test]
+fn a_clock_set_back_in_a_turn_is_no_interval() {
+    const TURN_RAD_S: f64 = 0.1;
+    let axis = Turntable::default().outer.unit();
+    let ship = Ship::moored(place());
+    // What really happened by this number, whatever its stamp says.
+    let turned = |t: f64| UnitQuaternion::from_scaled_axis(axis * (TURN_RAD_S * t));
+    let turning = |k: i64, set_back: i64| {
+        let mut sample = ship.sample(k);
+        let in_block = turned((k as f64 - 0.5) * INTERVAL_S).inverse();
+        sample.angular_rate = in_block * sample.angular_rate + axis * TURN_RAD_S;
+        sample.specific_force = in_block * sample.specific_force;
+        sample.stamp = stamp(k - set_back);
+        let joints = JointSample {
+            stamp: sample.stamp,
+            position: [TURN_RAD_S * k as f64 * INTERVAL_S, 0.0],
+            velocity: [TURN_RAD_S, 0.0],
+        };
+        (sample, joints)
+    };
+    let mut navigator = Navigator::new(settings()).unwrap();
+    navigator.push_position(place()).unwrap();
+    let mut all = Vec::new();
+    let at = number(20);
+    for k in 0..number(120) {
+        let (sample, joints) = turning(k, if k < at { 0 } else { number(4) });
+        navigator.push_joints(joints).unwrap();
+        navigator.push_imu(&sample);
+        if k == number(5) {
+            let taken = Calibration {
+                attitude: turned((k - 20) as f64 * INTERVAL_S),
+                ..calibration(k - 20, place())
+            };
+            navigator.push_calibration(taken).unwrap();
+        }
+        all.extend(events(&mut navigator));
+    }
+    navigator.end();
+    all.extend(events(&mut navigator));
+    let causes: Vec<_> = all
+        .iter()
+        .filter_map(|event| match event {
+            NavigatorEvent::Restarted { cause, .. } => Some(*cause),
+            NavigatorEvent::HoleCrossed { .. } | NavigatorEvent::Refused(_) => panic!("{event:?}"),
+            _ => None,
+        })
+        .collect();
+    assert!(
+        matches!(causes[..], [EpochCause::SetBack { seconds }] if (seconds - 4.0).abs() < 0.1),
+        "{causes:?}"
+    );
+    for output in outputs(&all) {
+        let since_start_s = output.stamp.seconds_since(stamp(0));
+        let solutions = [&output.compensated, &output.uncompensated];
+        assert!(
+            solutions.iter().all(|s| s.navigation.velocity.norm() < 0.1),
+            "{since_start_s} s"
+        );
+    }
+    let last = outputs(&all).pop().unwrap();
+    assert_eq!(last.stamp, stamp(number(116) - 1));
+    let block = turned((number(120) - 1) as f64 * INTERVAL_S);
+    let off_rad = last.compensated.navigation.attitude.angle_to(&block);
+    assert!(off_rad < 2e-3, "{off_rad} rad");
 }
 
 /// The encoders tell what the table turned in a hole, not what the ship did: `longest_hole_s` ends the navigation all the same.

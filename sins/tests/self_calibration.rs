@@ -329,3 +329,18 @@ fn an_alignment_without_what_it_needs_says_so() {
             .contains("at least 60 s")
     );
 }
+
+/// An alignment of 59.99 s says so, and not that 60 s are too few.
+#[test]
+fn what_is_a_little_too_short_shows_its_digits() {
+    let mut machine = SelfCalibration::new(Settings::default()).unwrap();
+    // The first sample begins, each of the others ends an interval of 10 ms.
+    for tick in simulation(&Scheme::stationary(), 0.0, 100.0, 0.02, 9).take(6000) {
+        feed(&mut machine, &tick.unwrap());
+    }
+    let told = machine.finish().unwrap_err().to_string();
+    assert!(
+        told.contains("59.990 s of samples, expected at least 60 s"),
+        "{told}"
+    );
+}

@@ -1,6 +1,6 @@
-"""Writes the parameters of a node as `ros2 param dump` does: dump.py NODE FILE [NAME VALUE]
+"""Writes the parameters of a node as `ros2 param dump` does: dump.py NODE FILE [NAME VALUE ...]
 
-With NAME and VALUE (JSON) that parameter is set before, and the answer says whether it was.
+With NAME and VALUE (JSON) those parameters are set before, and the answer says whether all of them were.
 """
 
 import json
@@ -27,9 +27,12 @@ def ask(future):
 
 told = None
 if change:
-    name, value = change
-    result = ask(client.set_parameters([Parameter(name, value=json.loads(value))])).results[0]
-    told = {"successful": result.successful, "reason": result.reason}
+    wanted = [Parameter(name, value=json.loads(value)) for name, value in zip(change[::2], change[1::2])]
+    results = ask(client.set_parameters(wanted)).results
+    told = {
+        "successful": all(result.successful for result in results),
+        "reason": "; ".join(result.reason for result in results if result.reason),
+    }
 names = sorted(ask(client.list_parameters([], 0)).result.names)
 values = [parameter_value_to_python(value) for value in ask(client.get_parameters(names)).values]
 tree = {}

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use ros_node::{Message, Node, NodeBuilder, Publisher, Qos};
 use ros2_interfaces::RosMessage;
+use ros2_interfaces::lifecycle_msgs::{ChangeStateRequest, ChangeStateResponse, Transition};
 use ros2_interfaces::std_srvs::{TRIGGER, TriggerRequest, TriggerResponse};
 
 /// Longest time that anything is waited for. It only ends what would never end: the slowest of these tests takes two minutes on
@@ -90,6 +91,20 @@ impl Listener {
     /// Asks a service of `std_srvs/srv/Trigger`, and waits for its answer.
     pub fn trigger(&self, service: &str) -> TriggerResponse {
         self.call(service, TRIGGER, TriggerRequest::default())
+    }
+
+    /// Asks a node for a transition of its lifecycle, by its number; whether it went through.
+    pub fn change_state(&self, node: &str, transition: u8) -> bool {
+        let request = ChangeStateRequest {
+            transition: Transition {
+                id: transition,
+                ..Transition::default()
+            },
+        };
+        let service = format!("{node}/change_state");
+        let answer: ChangeStateResponse =
+            self.call(&service, "lifecycle_msgs/srv/ChangeState", request);
+        answer.success
     }
 
     /// Keeps every message of a topic from now on; of a latched one, what was said before too.

@@ -3,8 +3,9 @@
 use serde::Serialize;
 use sins::{
     estimation::state::StateValues,
-    studies::monte_carlo::{CALIBRATED, CALIBRATED_STATES, Point, mean_nees_bounds},
+    studies::monte_carlo::{Point, mean_nees_bounds},
     studies::observability::bound::settled_s,
+    studies::paper::{CALIBRATED, CALIBRATED_STATES},
 };
 
 use super::{

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use sins::{
     estimation::state::StateValues,
-    studies::monte_carlo::{CALIBRATED, mean_nees_bounds},
+    studies::{monte_carlo::mean_nees_bounds, paper::CALIBRATED},
     units::NAUTICAL_MILE_M,
 };
 

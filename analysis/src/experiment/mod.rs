@@ -16,7 +16,8 @@ use sins::{
         ImuErrorSettings, NoiseReading, PlantSettings, Run, Ship, Simulator, SimulatorSettings,
     },
     stream::Reading,
-    studies::monte_carlo::{CALIBRATED, Departure, TrueErrors, Voyage, VoyageTrack},
+    studies::monte_carlo::{Departure, TrueErrors, Voyage, VoyageTrack},
+    studies::paper::CALIBRATED,
     table::scheme::{Scheme, Sequencer, sequencer::SequencerSettings},
 };
 

@@ -3,7 +3,7 @@
 use comfy_table::{CellAlignment, Table, presets};
 use sins::{
     simulation::NoiseReading,
-    studies::{monte_carlo::CALIBRATED, observability::stripped::RANK_TOLERANCE},
+    studies::{observability::stripped::RANK_TOLERANCE, paper::CALIBRATED},
 };
 
 use super::{

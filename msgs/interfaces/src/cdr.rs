@@ -74,6 +74,32 @@ mod tests {
     use super::*;
     use crate::diagnostic_msgs::KeyValue;
 
+    /// A payload of a machine that writes the big end first is the same message: texts, numbers of every width, sequences.
+    #[test]
+    fn the_big_end_may_come_first() {
+        let mut message = crate::sensor_msgs::JointState {
+            name: vec!["outer_joint".to_owned(), "b".to_owned()],
+            position: vec![1.0, -0.5],
+            velocity: vec![],
+            effort: vec![f64::MAX],
+            ..Default::default()
+        };
+        message.header.stamp.sec = -7;
+        message.header.stamp.nanosec = 999_999_999;
+        message.header.frame_id = "table".to_owned();
+        let mut little = Vec::new();
+        encode(&message, &mut little).unwrap();
+        let mut big = vec![0, 0, 0, 0];
+        cdr_encoding::to_writer::<_, BigEndian, _>(&mut big, &message).unwrap();
+        assert_eq!(big[4..12], [0xff, 0xff, 0xff, 0xf9, 0x3b, 0x9a, 0xc9, 0xff]);
+        assert_ne!(big, little);
+        assert_eq!(decode(&big).as_ref(), Ok(&message));
+        assert_eq!(decode(&little), Ok(message));
+        // Said to be what it is not, it is none: the length of its first text is beyond its end.
+        big[1] = 1;
+        assert!(decode::<crate::sensor_msgs::JointState>(&big).is_err());
+    }
+
     /// What is no message says why by its kind, and a message comes back as it was.
     #[test]
     fn what_is_no_message_is_told_by_its_kind() {

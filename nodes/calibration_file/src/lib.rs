@@ -21,6 +21,15 @@ use sins::{
     units::{DEG_PER_HOUR, MICRO_G},
 };
 
+/// A text that is no calibration. What it shows quotes the file: that is for who may read the file anyway.
+#[derive(Debug, thiserror::Error)]
+#[error("{words}")]
+pub struct NoCalibration {
+    /// Up to here it could be one; the first line is 1.
+    pub line: Option<u64>,
+    words: String,
+}
+
 /// A file of a hundred states is a tenth of it \[bytes\].
 const LONGEST: u64 = 4 << 20;
 
@@ -126,8 +135,9 @@ pub fn read(path: &Path) -> anyhow::Result<Calibration> {
     let name = || path.display().to_string();
     let text = files::read_text(path, LONGEST).with_context(name)?;
     let file: CalibrationFile = serde_saphyr::from_str(&text)
-        .map_err(|error| {
-            anyhow::anyhow!("{}", error.to_string().lines().next().unwrap_or_default())
+        .map_err(|error| NoCalibration {
+            line: error.location().map(|at| at.line()),
+            words: error.to_string().lines().next().unwrap_or_default().into(),
         })
         .with_context(name)?;
     calibration(file).with_context(name)

@@ -44,6 +44,17 @@ fn sample(number: i64) -> Imu {
     imu_from_sample(&sample, "imu_link")
 }
 
+/// The joints at the time of the sample with this number, at rest.
+fn joints(number: i64, angle: f64) -> JointState {
+    JointState {
+        header: sample(number).header,
+        name: vec!["outer_joint".to_owned(), "inner_joint".to_owned()],
+        position: vec![angle, -0.5 * angle],
+        velocity: vec![0.0; 2],
+        ..JointState::default()
+    }
+}
+
 fn state_names() -> Vec<String> {
     Paper::LIST.map(|label| label.name.to_owned()).to_vec()
 }
@@ -355,6 +366,33 @@ fn origin_is_the_first_valid_fix() {
     assert_eq!(compensator.inputs.fix.refused(), 2);
 }
 
+/// A joint state whose velocity is no number is refused and counted: the ship's turn is what the block turns less what the joints
+/// do, and no NaN leaves by /odometry.
+#[test]
+fn joint_velocities_that_are_no_numbers_are_refused() {
+    let mut compensator = compensator(0.0);
+    feed(&mut compensator, 0..10);
+    compensator.calibration(&calibration(5));
+    let mut odometry = Vec::new();
+    let mut take = |output: Output| {
+        let navigation = output.compensated.navigation;
+        odometry.extend(navigation.map(|messages| format!("{:?}", messages.0)));
+    };
+    for number in 10..110 {
+        let mut message = joints(number, 0.0);
+        message.velocity[0] = if number % 2 == 0 { f64::NAN } else { 0.0 };
+        compensator.joints(&message, &mut take);
+        compensator.imu(&sample(number), &mut take);
+    }
+    assert!(odometry.len() > 90, "{}", odometry.len());
+    let wrong: Vec<_> = odometry
+        .iter()
+        .filter(|told| told.contains("NaN"))
+        .collect();
+    assert!(wrong.is_empty(), "{} of them: {}", wrong.len(), wrong[0]);
+    assert_eq!(compensator.inputs.joints.refused(), 50);
+}
+
 /// A hole in the stamps is told.
 #[test]
 fn gaps_are_told() {
@@ -371,13 +409,6 @@ fn gaps_are_told() {
 fn the_tree_of_frames_is_whole() {
     let mut compensator = compensator(1.0);
     compensator.transforms_due = Decimation::or_never(10.0);
-    let joints = |number: i64, angle: f64| JointState {
-        header: sample(number).header,
-        name: vec!["outer_joint".to_owned(), "inner_joint".to_owned()],
-        position: vec![angle, -0.5 * angle],
-        velocity: vec![0.0; 2],
-        ..JointState::default()
-    };
     let mut outputs = Vec::new();
     for number in 0..60 {
         compensator.joints(&joints(number, 0.4), &mut |output| outputs.push(output));

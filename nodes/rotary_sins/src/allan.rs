@@ -26,6 +26,9 @@ pub struct Options {
     /// Write the noise as parameters of `self_calibrator` and `navigation_compensator`
     #[arg(long, value_name = "FILE.yaml")]
     parameters: Option<PathBuf>,
+    /// Replace what is there already under the name of the page or the parameters
+    #[arg(long)]
+    force: bool,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -34,6 +37,9 @@ pub struct Options {
 /// Runs the whole bag through the analysis.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let bag = options.input.open()?;
+    for file in [&options.output, &options.parameters].into_iter().flatten() {
+        output::check(file, Some(bag.path()), options.force)?;
+    }
     let settings = AllanSettings {
         confidence: options.confidence,
         ..AllanSettings::default()

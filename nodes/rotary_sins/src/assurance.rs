@@ -24,6 +24,9 @@ pub struct Options {
     /// Page with the figures by kind and a picture
     #[arg(long, value_name = "FILE.html")]
     output: Option<PathBuf>,
+    /// Replace what is there already under the name of the page
+    #[arg(long)]
+    force: bool,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -36,6 +39,9 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         "--worlds is {}, expected 1 to 100000",
         options.worlds
     );
+    if let Some(path) = &options.output {
+        output::check(path, None, options.force)?;
+    }
     let plan = Plan {
         worlds: options.worlds,
         seed: options.seed,

@@ -32,6 +32,9 @@ pub struct Options {
     /// Write a page with pictures to this file
     #[arg(long, value_name = "FILE.html")]
     output: Option<PathBuf>,
+    /// Replace what is there already under the name of the page
+    #[arg(long)]
+    force: bool,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -74,6 +77,9 @@ impl Options {
 /// Runs the experiment.
 pub fn run(options: &Options) -> anyhow::Result<Outcome> {
     let plan = options.plan()?;
+    if let Some(path) = &options.output {
+        output::check(path, None, options.force)?;
+    }
     let bar = CountBar::new(
         "experiment {bar:32} {pos}/{len} IMUs, {eta} left",
         plan.runs,

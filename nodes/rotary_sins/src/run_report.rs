@@ -28,6 +28,9 @@ pub struct Options {
     /// Also write every figure as SVG, and its data as CSV, into this folder
     #[arg(long, value_name = "DIRECTORY")]
     figures: Option<PathBuf>,
+    /// Replace what is there already under the name of the page
+    #[arg(long)]
+    force: bool,
     /// Write the numbers behind the page as JSON to standard output, instead of the verdict
     #[arg(long)]
     json: bool,
@@ -45,6 +48,8 @@ pub fn run(options: &Options) -> anyhow::Result<Outcome> {
         Some(path) => path.clone(),
         None => beside(bag.path())?,
     };
+    output::check(&path, Some(bag.path()), options.force)
+        .context("the page cannot be written (--output names another place)")?;
     let mut settings = options.filter.machine(input.turntable()?)?;
     settings.thresholds = options.thresholds.thresholds()?;
     let request = Request {

@@ -108,8 +108,28 @@ pub fn load(path: &Path, frame_id: &str) -> (TriggerResponse, Option<Calibration
             let message = translation::calibration(&calibration, None, frame_id, &source);
             (done(format!("{source}, phase {phase}")), Some(message))
         }
-        Err(error) => (refused(format!("{error:#}")), None),
+        Err(error) => {
+            tracing::warn!("{error:#}");
+            let message = answer(path, &error);
+            let success = false;
+            (TriggerResponse { success, message }, None)
+        }
     }
+}
+
+/// What a caller of `~/load` is told. A caller need not be who may read the file, and a text that is no calibration may be anything:
+/// of that the place is told, and nothing of what stands there. The log has it all.
+fn answer(path: &Path, error: &anyhow::Error) -> String {
+    let Some(found) = error.downcast_ref::<calibration_file::NoCalibration>() else {
+        return format!("{error:#}");
+    };
+    let line = found
+        .line
+        .map_or_else(String::new, |line| format!("line {line}: "));
+    format!(
+        "{}: {line}no calibration; the log of the node says why",
+        path.display()
+    )
 }
 
 fn done(message: String) -> TriggerResponse {
@@ -222,6 +242,33 @@ mod tests {
             told.message
         );
         assert!(!message.unwrap().valid);
+    }
+
+    /// Who asks to load what is no calibration is told file and line, and nothing of what stands in the file.
+    #[test]
+    fn answers_do_not_quote_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("secret.yaml");
+        for text in [
+            "root:s3cret:19000\n",
+            "source: x\ns3cret: 1\n",
+            "source: x\nphase: s3cret\n",
+            "source: [s3cret\n",
+            "source: x\nstamp_ns: \"s3cret\"\n",
+        ] {
+            std::fs::write(&file, text).unwrap();
+            let log = format!("{:#}", calibration_file::read(&file).unwrap_err());
+            let (told, message) = load(&file, "imu_link");
+            let line = told.message;
+            assert!(!told.success && message.is_none(), "{line}");
+            assert!(line.contains("secret.yaml: line "), "{line}");
+            assert!(!line.contains("s3cret") && !line.contains('\n'), "{line}");
+            assert!(log.contains("secret.yaml: "), "{log}");
+        }
+        // The log has what the caller has not.
+        std::fs::write(&file, "source: x\ns3cret: 1\n").unwrap();
+        let log = format!("{:#}", calibration_file::read(&file).unwrap_err());
+        assert!(log.contains("s3cret"), "{log}");
     }
 
     /// The parameter goes before the folder of ROS.

@@ -102,6 +102,111 @@ fn nan_does_not_enter() {
     assert!(Kalman::new(Matrix2::new(1.0, 0.0, 0.0, -1.0)).is_err());
 }
 
+/// Moving states of an inertial system: position, velocity, misalignment.
+const NAVIGATION: usize = 7;
+/// With biases and drifts.
+const INERTIAL: usize = 13;
+
+/// A second of an inertial system at 45 deg whose block stands like this, in SI units: its states lie ten decades apart.
+fn inertial(n_from_b: nalgebra::Rotation3<f64>) -> Transition<NAVIGATION, INERTIAL> {
+    const RADIUS_M: f64 = 6.37e6;
+    const GRAVITY_M_S2: f64 = 9.8;
+    let turn_rad_s = 7.292e-5 * std::f64::consts::FRAC_1_SQRT_2;
+    let [latitude, longitude, east, north] = [0, 1, 2, 3];
+    let [tilt_east, tilt_north, heading, bias, drift] = [4, 5, 6, 7, 10];
+    let mut a = Dynamics::<NAVIGATION, INERTIAL>::zeros();
+    let mut enters = |row: usize, of: usize, value: f64| a.rows[(of, row)] += value;
+    enters(latitude, north, 1.0 / RADIUS_M);
+    enters(longitude, east, std::f64::consts::SQRT_2 / RADIUS_M);
+    enters(east, tilt_north, -GRAVITY_M_S2);
+    enters(north, tilt_east, GRAVITY_M_S2);
+    enters(tilt_east, north, -1.0 / RADIUS_M);
+    enters(tilt_north, east, 1.0 / RADIUS_M);
+    enters(heading, east, 1.0 / RADIUS_M);
+    enters(tilt_north, latitude, -turn_rad_s);
+    enters(heading, latitude, turn_rad_s);
+    for (row, of, sign) in [
+        (tilt_east, tilt_north, 1.0),
+        (tilt_north, tilt_east, -1.0),
+        (tilt_east, heading, -1.0),
+        (heading, tilt_east, 1.0),
+    ] {
+        enters(row, of, sign * turn_rad_s);
+    }
+    for axis in 0..3 {
+        for level in 0..2 {
+            enters(east + level, bias + axis, n_from_b[(level, axis)]);
+        }
+        for level in 0..3 {
+            enters(tilt_east + level, drift + axis, -n_from_b[(level, axis)]);
+        }
+    }
+    a.transition()
+}
+
+/// So many seconds of a moored ship on a table that turns every five minutes, each with a step and an update of both velocities:
+/// the covariance stays symmetric and positive, also where ten million updates have made it small and nothing walks.
+fn covariance_stays_good_over(seconds: usize) {
+    let at: [_; 8] = std::array::from_fn(|k| {
+        let k = k as f64 * std::f64::consts::FRAC_PI_2;
+        inertial(nalgebra::Rotation3::from_euler_angles(
+            k + 0.1,
+            0.2,
+            0.5 * k,
+        ))
+    });
+    let sigma: [f64; INERTIAL] = [
+        1.6e-6, 1.6e-6, 0.1, 0.1, 2e-4, 2e-4, 1e-3, 1e-3, 1e-3, 1e-3, 5e-8, 5e-8, 5e-8,
+    ];
+    let prior = SVector::from(sigma);
+    let prior = SMatrix::from_diagonal(&prior.component_mul(&prior));
+    let mut kalman = Kalman::<INERTIAL>::new(prior).unwrap();
+    let mut noise = ProcessNoise::<NAVIGATION, INERTIAL>::zeros();
+    for state in 2..NAVIGATION {
+        noise.moving[(state, state)] = if state < 4 { 1e-9 } else { 1e-13 };
+    }
+    let looks = 100;
+    let mut least = f64::INFINITY;
+    for second in 0..seconds {
+        kalman.propagate(&at[second / 300 % 8], &noise).unwrap();
+        for velocity in [2, 3] {
+            let measured = Measurement::new(Row::unit(velocity), 0.0, 1e-4);
+            assert!(kalman.update(&measured).is_accepted(), "{second} s");
+        }
+        if second % (seconds / looks) == 0 || second + 1 == seconds {
+            let sigma = kalman.sigma();
+            assert!(
+                sigma.iter().all(|sigma| *sigma > 0.0),
+                "{second} s: {sigma}"
+            );
+            let covariance = kalman.covariance();
+            assert_eq!(*covariance, covariance.transpose(), "{second} s");
+            // In units of the sigmas: no state is hidden behind another's unit.
+            let correlation = SMatrix::<f64, INERTIAL, INERTIAL>::from_fn(|row, column| {
+                covariance[(row, column)] / (sigma[row] * sigma[column])
+            });
+            least = least.min(correlation.symmetric_eigenvalues().min());
+            assert!(least > 0.0, "{second} s: {least}");
+        }
+    }
+    // It has learnt, and what it says of every state is less than what was known before.
+    for (state, before) in sigma.iter().enumerate().skip(2) {
+        assert!(kalman.sigma()[state] < *before, "{state}");
+    }
+}
+
+/// Three days.
+#[test]
+fn covariance_stays_good_over_three_days() {
+    covariance_stays_good_over(72 * 3600);
+}
+
+/// Ten million updates: 58 days.
+#[test]
+fn covariance_stays_good_over_ten_million_updates() {
+    covariance_stays_good_over(5_000_000);
+}
+
 proptest! {
     /// Whatever the covariance, the row and the precision, the covariance stays symmetric and not negative.
     #[test]

@@ -217,11 +217,16 @@ impl Stream {
     /// # Errors
     /// [`Error::NotFinite`]; the reading is left out.
     pub fn push_joints(&mut self, joints: JointSample) -> Result<(), Error> {
-        if !joints.position.iter().all(|angle| angle.is_finite()) {
-            return Err(Error::NotFinite {
-                what: "joint position",
-                stamp: joints.stamp,
-            });
+        for (what, values) in [
+            ("joint position", joints.position),
+            ("joint velocity", joints.velocity),
+        ] {
+            if !values.iter().all(|value| value.is_finite()) {
+                return Err(Error::NotFinite {
+                    what,
+                    stamp: joints.stamp,
+                });
+            }
         }
         if self.joints.push(joints.stamp, joints) {
             self.epoch.joints = JointHistory::default();

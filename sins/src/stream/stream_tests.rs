@@ -142,6 +142,15 @@ fn joints_of_the_time_before_are_forgotten() {
         assert_eq!(angles, [1.0, 0.0]);
     }
     assert!(stream.push_joints(joints(2000, f64::NAN)).is_err());
+    let velocity = [0.0, f64::NAN];
+    assert!(
+        stream
+            .push_joints(JointSample {
+                velocity,
+                ..joints(2000, 0.0)
+            })
+            .is_err()
+    );
 }
 
 /// Samples wait for the joint state after them where they are told to, and no longer than that.

@@ -1,9 +1,42 @@
-//! The setting of the paper's simulation (its Table 1), which several studies share.
+//! What several studies share: the setting of the paper's simulation (its Table 1), and the states that calibration is about.
 
 use nalgebra::Vector3;
 
 use crate::estimation::filter::InitialUncertainty;
+use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
+use crate::estimation::groups::navigation::MISALIGNMENT;
+use crate::estimation::model::{Model, Paper};
+use crate::estimation::state::{StateLabel, positions};
 use crate::units::{DEG_PER_HOUR, MICRO_G};
+
+/// Number of the states of [`CALIBRATED`].
+pub const CALIBRATED_STATES: usize = 9;
+
+/// The states that calibration is about: misalignment (E, N, U), biases, drifts (x, y, z).
+pub static CALIBRATED: [StateLabel; CALIBRATED_STATES] = {
+    let names = CALIBRATED_NAMES;
+    let at = positions(Paper::LIST, names);
+    let mut labels = [Paper::LIST[0]; CALIBRATED_STATES];
+    let mut state = 0;
+    while state < CALIBRATED_STATES {
+        labels[state] = Paper::LIST[at[state]];
+        state += 1;
+    }
+    labels
+};
+
+/// Their names.
+pub const CALIBRATED_NAMES: [&str; CALIBRATED_STATES] = [
+    MISALIGNMENT[0],
+    MISALIGNMENT[1],
+    MISALIGNMENT[2],
+    ACCELEROMETER_BIAS[0],
+    ACCELEROMETER_BIAS[1],
+    ACCELEROMETER_BIAS[2],
+    GYROSCOPE_DRIFT[0],
+    GYROSCOPE_DRIFT[1],
+    GYROSCOPE_DRIFT[2],
+];
 
 /// Misalignment φ (E, N, U) \[rad\]: 0.01, 0.01, 0.05 deg.
 pub fn misalignment_rad() -> Vector3<f64> {

@@ -9,7 +9,12 @@ use bags::{Bag, Selection, cdr};
 use ros_node::Qos;
 use ros2_interfaces::sensor_msgs::Imu;
 use rotary_sins_msgs::SelfCalibrationEstimate;
-use suite_tests::{Listener, Program, Scene, isolated, rotary_sins, skip, text, wait_until};
+use suite_tests::{
+    Listener, Program, Scene, isolated, namespaces_are_permitted, rotary_sins, skip, text,
+    wait_until,
+};
+
+const NO_DISK: &str = "the kernel does not let this test mount a small disk";
 
 /// A disk of 40 MiB that only its own mount namespace knows, and goes with it.
 struct SmallDisk {
@@ -18,6 +23,20 @@ struct SmallDisk {
 
 impl SmallDisk {
     const PLACE: &str = "/mnt";
+
+    /// Whether the kernel lets a test mount one: looked at before the namespace of the test, in one that goes with its process.
+    fn are_permitted() -> bool {
+        let mount = format!("mount -t tmpfs -o size=40m none {}", Self::PLACE);
+        let mounts = |as_root: &[&str]| {
+            Command::new("unshare")
+                .args(as_root)
+                .args(["--mount", "bash", "-c", &mount])
+                .stderr(Stdio::null())
+                .status()
+                .is_ok_and(|status| status.success())
+        };
+        namespaces_are_permitted() && (mounts(&[]) || mounts(&["--map-root-user"]))
+    }
 
     /// `None` where the kernel refuses.
     fn new() -> Option<Self> {
@@ -82,10 +101,11 @@ fn table() -> Program {
 /// A disk that refuses a write ends the recording by itself, with a line and status 1. What is in whole chunks can be read.
 #[test]
 fn a_full_disk_ends_the_recording() {
+    if !SmallDisk::are_permitted() {
+        return skip(NO_DISK);
+    }
     isolated(|| {
-        let Some(disk) = SmallDisk::new() else {
-            return skip("the kernel does not let this test mount a small disk");
-        };
+        let disk = SmallDisk::new().expect(NO_DISK);
         let scene = Scene::new("full_disk");
         let mut table = scene.start_apart(&table());
         let bag = format!("{}/bag", SmallDisk::PLACE);
@@ -117,10 +137,11 @@ fn a_full_disk_ends_the_recording() {
 /// A disk that comes near its end ends the recording while there is room for the end of the bag: the bag is whole, and `info` says so.
 #[test]
 fn a_disk_that_fills_up_leaves_a_whole_bag() {
+    if !SmallDisk::are_permitted() {
+        return skip(NO_DISK);
+    }
     isolated(|| {
-        let Some(disk) = SmallDisk::new() else {
-            return skip("the kernel does not let this test mount a small disk");
-        };
+        let disk = SmallDisk::new().expect(NO_DISK);
         let scene = Scene::new("filling_disk");
         let mut table = scene.start_apart(&table());
         let bag = format!("{}/bag", SmallDisk::PLACE);

@@ -5,10 +5,13 @@ use std::process::Command;
 
 use ros_node::Qos;
 use ros2_interfaces::sensor_msgs::JointState;
-use suite_tests::{Listener, Program, Scene, isolated, repository, rotary_sins, skip};
+use suite_tests::{
+    Listener, Program, Running, Scene, isolated, repository, rotary_sins, scratch, skip,
+};
 
-fn interrupted_in_a_turn(interface: &str) {
-    let scene = Scene::new(&format!("stopped_by_{interface}"));
+/// A sequencer in a turn is ended like this, and the table stands still where it is then.
+fn ended_in_a_turn(name: &str, interface: &str, end: impl FnOnce(&Listener, &mut Running)) {
+    let scene = Scene::new(&format!("{name}_{interface}"));
     let mut table =
         scene.start_apart(&Program::new("imu_simulator").parameter("imu_rate_hz", "50.0"));
     let mut sequencer = scene.start_apart(
@@ -23,7 +26,7 @@ fn interrupted_in_a_turn(interface: &str) {
     states.wait_for("the table is on its way", |state| {
         state.position.iter().any(|angle| angle.abs() > 0.1)
     });
-    sequencer.interrupt();
+    end(&listener, &mut sequencer);
     assert!(
         sequencer.log().contains("the table rests at"),
         "{}",
@@ -51,8 +54,31 @@ fn interrupted_in_a_turn(interface: &str) {
 #[test]
 fn an_interrupted_sequencer_stops_the_table() {
     isolated(|| {
-        interrupted_in_a_turn("topic");
-        interrupted_in_a_turn("action");
+        for interface in ["topic", "action"] {
+            ended_in_a_turn("interrupted", interface, |_, sequencer| {
+                sequencer.interrupt();
+            });
+        }
+    });
+}
+
+/// So do a manager's `deactivate` and `shutdown` in the middle of a turn: the table rests before they are answered.
+#[test]
+fn a_manager_stops_the_table() {
+    const DEACTIVATE: u8 = 4;
+    const ACTIVE_SHUTDOWN: u8 = 7;
+    isolated(|| {
+        for interface in ["topic", "action"] {
+            for (name, transition) in [("deactivated", DEACTIVATE), ("shut_down", ACTIVE_SHUTDOWN)]
+            {
+                ended_in_a_turn(name, interface, |manager, _| {
+                    assert!(
+                        manager.change_state("/scheme_sequencer", transition),
+                        "{name}"
+                    );
+                });
+            }
+        }
     });
 }
 
@@ -60,18 +86,18 @@ fn an_interrupted_sequencer_stops_the_table() {
 /// status is 0.
 #[test]
 fn a_recorder_ends_its_bag_on_a_slow_disk() {
+    let library = scratch("library").join("slow_write.so");
+    let built = Command::new("cc")
+        .args(["-shared", "-fPIC", "-o"])
+        .arg(&library)
+        .arg(repository().join("tests/slow_disk/slow_write.c"))
+        .arg("-ldl")
+        .status();
+    if !built.is_ok_and(|status| status.success()) {
+        return skip("there is no C compiler to make a slow disk with");
+    }
     isolated(|| {
         let scene = Scene::new("slow_disk");
-        let library = scene.folder().join("slow_write.so");
-        let built = Command::new("cc")
-            .args(["-shared", "-fPIC", "-o"])
-            .arg(&library)
-            .arg(repository().join("tests/slow_disk/slow_write.c"))
-            .arg("-ldl")
-            .status();
-        if !built.is_ok_and(|status| status.success()) {
-            return skip("there is no C compiler to make a slow disk with");
-        }
         let bag = scene.folder().join("bag");
         let mut table =
             scene.start_apart(&Program::new("imu_simulator").parameter("imu_rate_hz", "50.0"));

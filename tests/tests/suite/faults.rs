@@ -364,3 +364,147 @@ fn many_bad_positions_are_one_line() {
     assert!((1..=2).contains(&lines.len()), "{lines:#?}");
     assert!(lines[0].contains("latitude"), "{lines:#?}");
 }
+
+/// Nothing is navigated with a calibration that was inconsistent, or with a drift that no gyroscope has; the line names the key.
+#[test]
+fn calibrations_that_cannot_be_are_not_navigated_with() {
+    let bag = sample("eight_position");
+    let folder = scratch("calibrations");
+    let good = folder.join("good.yaml");
+    let _made = rotary_sins(&["calibrate", text(&bag), "--output", text(&good)]).expect_status(0);
+    let written = fs::read_to_string(&good).unwrap();
+    // Without the section for the machine the numbers for people count.
+    let (people, _si) = written.split_once("\nsi:").unwrap();
+    let navigate = |name: &str, said: &str, instead: &str| {
+        let file = folder.join(name);
+        fs::write(&file, people.replacen(said, instead, 1) + "\n").unwrap();
+        rotary_sins(&["navigate", text(&bag), "--calibration", text(&file)])
+    };
+    let _taken = navigate("same.yaml", "", "").expect_status(0);
+    navigate("one.yaml", "phase: converged", "phase: inconsistent")
+        .expect_refusal(&["one.yaml", "phase is inconsistent"]);
+    let key = "gyroscope_drift_deg_per_hour:\n- ";
+    navigate("other.yaml", key, &format!("{key}1e6 # not "))
+        .expect_refusal(&["other.yaml", "gyroscope_drift in rad/s"]);
+}
+
+/// A push of the ship that the filter was not told of: the record is inconsistent by the exit status, JSON, YAML and the page.
+#[test]
+fn an_inconsistent_record_is_told_everywhere() {
+    let folder = scratch("inconsistent");
+    let [bag, yaml, page] = ["pushed.mcap", "pushed.yaml", "pushed.html"].map(|n| folder.join(n));
+    alter_imu(
+        &Simulation::new("static", 0.3, 10.0, 8).bag(),
+        &bag,
+        |index, imu| {
+            if index > 6000 {
+                imu.linear_acceleration.x += 0.01 * (index as f64 * 0.002).sin();
+            }
+        },
+    );
+    let arguments = ["calibrate", text(&bag), "--json", "--output", text(&yaml)];
+    let json = rotary_sins(&arguments).expect_status(1).json();
+    assert_eq!(json["phase"], "inconsistent", "{json}");
+    assert_eq!(json["verdict"]["consistent"], false, "{}", json["verdict"]);
+    let written = fs::read_to_string(&yaml).unwrap();
+    assert!(written.contains("\nphase: inconsistent\n"), "{written}");
+    let told = rotary_sins(&["calibrate", text(&bag)]).expect_status(1);
+    assert!(told.stdout.contains("inconsistent"), "{}", told.stdout);
+    let arguments = ["report", text(&bag), "--json", "--output", text(&page)];
+    let json = rotary_sins(&arguments).expect_status(1).json();
+    assert_eq!(json["phase"], "inconsistent", "{json}");
+    assert_eq!(json["verdict"], "inconsistent", "{json}");
+    let page = fs::read_to_string(&page).unwrap();
+    assert!(page.contains("inconsistent"));
+}
+
+/// Every second stamp is that of the sample before: half of the record is not used, which text, JSON, page and exit status tell.
+#[test]
+fn repeated_stamps_are_told_everywhere() {
+    let folder = scratch("repeated");
+    let [bag, page] = ["repeated.mcap", "repeated.html"].map(|name| folder.join(name));
+    let mut before = None;
+    alter_imu(&Simulation::converging().bag(), &bag, |index, imu| {
+        if index % 2 == 0 {
+            before = Some(imu.header.stamp);
+        } else {
+            imu.header.stamp = before.unwrap();
+        }
+    });
+    let repeated = 27_000;
+    let json = calibrate(&bag).expect_status(1).json();
+    assert_eq!(json["repeated_samples"], repeated, "{json}");
+    assert_eq!(json["verdict"]["converged"], false, "{}", json["verdict"]);
+    let told = rotary_sins(&["calibrate", text(&bag)]).expect_status(1);
+    assert!(told.stdout.contains("27000"), "{}", told.stdout);
+    let arguments = ["report", text(&bag), "--json", "--output", text(&page)];
+    let json = rotary_sins(&arguments).expect_status(1).json();
+    let faults = json["faults"].to_string();
+    assert!(faults.contains("27000 stamps repeated"), "{faults}");
+    let page = fs::read_to_string(&page).unwrap();
+    assert!(page.contains("27000 stamps repeated"));
+}
+
+/// `NODE --help | head`: a reader that has gone is no fault of who writes, and nobody panics.
+#[test]
+fn a_reader_that_has_gone_is_no_fault() {
+    let nodes = [
+        "imu_simulator",
+        "scheme_sequencer",
+        "self_calibrator",
+        "navigation_compensator",
+    ];
+    let asked = nodes
+        .iter()
+        .flat_map(|node| [(*node, "--help"), (*node, "--print-parameters")])
+        .chain([("rotary-sins", "--help")]);
+    for (name, option) in asked {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = Command::new(executable(name))
+            .arg(option)
+            .stdout(writer)
+            .output()
+            .unwrap();
+        let answer = Answer::from(output).expect_status(0);
+        assert!(
+            answer.stderr.is_empty(),
+            "{name} {option}: {}",
+            answer.stderr
+        );
+    }
+}
+
+/// A page or a parameter file that is there is replaced by `--force` alone, and that is said before anything is worked on.
+#[test]
+fn pages_are_not_written_over() {
+    let bag = sample("eight_position");
+    let folder = scratch("pages");
+    let there = folder.join("there.html");
+    let own = folder.join("run.mcap");
+    fs::copy(mcap_of(&bag), &own).unwrap();
+    fs::write(folder.join("run.html"), "of yesterday").unwrap();
+    fs::write(&there, "of yesterday").unwrap();
+    let commands = [
+        vec!["report", text(&bag), "--output", text(&there)],
+        vec!["report", text(&own)],
+        vec!["allan", text(&bag), "--output", text(&there)],
+        vec!["allan", text(&bag), "--parameters", text(&there)],
+        vec!["experiment", "--output", text(&there)],
+        vec!["assurance", "--output", text(&there)],
+    ];
+    for command in commands {
+        let answer = rotary_sins(&command);
+        answer.expect_refusal(&[".html", "it is there already; --force replaces it"]);
+        assert!(answer.stdout.is_empty(), "{command:?}: {}", answer.stdout);
+    }
+    for name in ["there.html", "run.html"] {
+        assert_eq!(
+            fs::read_to_string(folder.join(name)).unwrap(),
+            "of yesterday"
+        );
+    }
+    let forced = ["report", text(&bag), "--output", text(&there), "--force"];
+    let _made = rotary_sins(&forced).expect_status(0);
+    assert!(fs::metadata(&there).unwrap().len() > 10_000);
+}

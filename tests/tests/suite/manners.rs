@@ -5,11 +5,14 @@ use std::path::Path;
 use std::process::Command;
 
 use ros_node::Qos;
+use ros2_interfaces::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use ros2_interfaces::sensor_msgs::NavSatFix;
 use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
 use serde_json::{Value, json};
 use suite_tests::{
     Answer, Listener, Peer, Program, Scene, Simulation, calibrate, each_distribution, executable,
     isolated, namespaces_are_permitted, peer_python, repository, rotary_sins, skip, vector,
+    wait_until,
 };
 
 each_distribution!(
@@ -211,9 +214,32 @@ fn a_dump_of_parameters_is_taken_again(python: &Path) {
     };
     let mut node =
         scene.start_apart(&Program::new("self_calibrator").parameter("use_sim_time", "true"));
-    let first = dump(&files[0], &["azimuth_threshold_arcmin", "2.5"]);
+    let listener = Listener::new();
+    let diagnostics = listener.hear::<DiagnosticArray>("/diagnostics", Qos::reliable(100));
+    let silent = |array: &DiagnosticArray| {
+        array
+            .status
+            .iter()
+            .any(|status| status.message.contains("no /imu/data_raw for"))
+    };
+    diagnostics.wait_for("nobody speaks", silent);
+    let change = ["azimuth_threshold_arcmin", "2.5", "silence_s", "3600.0"];
+    let first = dump(&files[0], &change);
     assert_eq!(first["set"]["successful"], true, "{first}");
     node.wait_for_line("the thresholds were changed");
+    // What was said before is past: from here on silence is no fault.
+    let said = diagnostics.all().len();
+    wait_until("silence is no fault any more", || {
+        let of_input = |array: &&DiagnosticArray| {
+            let about = |status: &DiagnosticStatus| status.message.contains("/imu/data_raw");
+            array.status.iter().any(about)
+        };
+        let all = diagnostics.all();
+        all[said..]
+            .iter()
+            .rfind(of_input)
+            .is_some_and(|array| !silent(array))
+    });
     node.interrupt();
 
     let again = Program::new("self_calibrator").parameters_of(&files[0]);
@@ -225,6 +251,7 @@ fn a_dump_of_parameters_is_taken_again(python: &Path) {
     assert_eq!(first["names"], second["names"]);
     let [one, other] = files.map(|file| std::fs::read_to_string(file).unwrap());
     assert!(one.contains("azimuth_threshold_arcmin: 2.5"), "{one}");
+    assert!(one.contains("silence_s: 3600.0"), "{one}");
     assert_eq!(
         one.replace("use_sim_time: true", "use_sim_time: false"),
         other
@@ -240,6 +267,66 @@ fn a_dump_of_parameters_is_taken_again(python: &Path) {
     let streams = ["/clock", "/fix", "/imu/data_raw", "/turntable/joint_states"];
     assert_eq!(of_topics, BTreeSet::from(streams));
     scene.end();
+}
+
+/// A sequencer that a manager has configured and not activated refuses to start its scheme, and says why; active, it starts.
+#[test]
+fn an_inactive_sequencer_starts_nothing() {
+    const CONFIGURE: u8 = 1;
+    const ACTIVATE: u8 = 3;
+    isolated(|| {
+        let mut scene = Scene::new("inactive");
+        scene.start(&simulator());
+        let managed = Program::new("scheme_sequencer").parameter("lifecycle_autostart", "false");
+        let mut sequencer = scene.start_apart(&managed);
+        let manager = Listener::new();
+        assert!(manager.change_state("/scheme_sequencer", CONFIGURE));
+        let told = manager.trigger("/scheme_sequencer/start");
+        assert!(!told.success, "{told:?}");
+        assert_eq!(told.message, "the node is not active");
+        assert!(manager.change_state("/scheme_sequencer", ACTIVATE));
+        let told = manager.trigger("/scheme_sequencer/start");
+        assert!(told.success, "{told:?}");
+        sequencer.interrupt();
+        scene.end();
+    });
+}
+
+/// An input that was remapped is called as it is called on the network, in /diagnostics and in the log, and nowhere by the name that it
+/// would have had.
+#[test]
+fn a_remapped_input_is_told_by_its_name() {
+    isolated(|| {
+        let scene = Scene::new("remapped_input");
+        let remapped = Program::new("self_calibrator")
+            .parameter("silence_s", "1.0")
+            .remap("imu/data_raw", "/ship/imu")
+            .remap("fix", "/ship/fix");
+        let mut node = scene.start_apart(&remapped);
+        let listener = Listener::new();
+        let diagnostics = listener.hear::<DiagnosticArray>("/diagnostics", Qos::reliable(100));
+        let array = diagnostics.wait_for("nobody speaks", |array| {
+            let silent = |status: &DiagnosticStatus| status.message.contains("no /ship/imu for");
+            array.status.iter().any(silent)
+        });
+        assert!(!format!("{array:?}").contains("imu/data_raw"), "{array:?}");
+        let voice = listener.speak::<NavSatFix>("/ship/fix", Qos::reliable(10));
+        let nowhere = NavSatFix {
+            latitude: 95.0,
+            ..NavSatFix::default()
+        };
+        wait_until("a fix is refused", || {
+            let _tried = voice.publish(nowhere.clone());
+            node.log().contains("the message is left out")
+        });
+        let log = node.log();
+        let line = log
+            .lines()
+            .find(|line| line.contains("the message is left out"));
+        assert!(line.unwrap().contains("/ship/fix: "), "{log}");
+        node.interrupt();
+        assert!(!node.log().contains(" /fix"), "{}", node.log());
+    });
 }
 
 /// A policy that makes no sense, and one for a topic that the node does not have, are told in one line each.

@@ -8,7 +8,6 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
 use ros_node::NodeBuilder;
 use ros2_client::parameters::raw::{ParameterType, ParameterValue};
@@ -16,7 +15,7 @@ use ros2_client::rcl_interfaces::{
     GetParametersRequest, GetParametersResponse, ListParametersRequest, ListParametersResponse,
 };
 use serde_json::{Value, json};
-use suite_tests::{Program, Running, Scene, executable, hold_file, isolated, scratch};
+use suite_tests::{GUARD, Program, Running, Scene, executable, hold_file, isolated, scratch};
 
 use crate::install::install;
 
@@ -26,8 +25,6 @@ const NODES: [&str; 4] = [
     "self_calibrator",
     "navigation_compensator",
 ];
-/// Longest wait for an answer or an end.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 const MANUAL: &str = "# Parameters of the nodes
 
@@ -114,7 +111,7 @@ fn of_node(node: &str) -> Values {
             prefixes: Vec::new(),
             depth: 0,
         };
-        let answer: ListParametersResponse = list.call(everything, PATIENCE).await.unwrap();
+        let answer: ListParametersResponse = list.call(everything, GUARD).await.unwrap();
         let mut names = answer.result.names;
         names.retain(|name| !name.starts_with("qos_overrides."));
         let get = asker
@@ -126,7 +123,7 @@ fn of_node(node: &str) -> Values {
         let request = GetParametersRequest {
             names: names.clone(),
         };
-        let answer: GetParametersResponse = get.call(request, PATIENCE).await.unwrap();
+        let answer: GetParametersResponse = get.call(request, GUARD).await.unwrap();
         names
             .into_iter()
             .zip(answer.values.iter().map(plain))

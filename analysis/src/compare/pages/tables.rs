@@ -3,7 +3,8 @@
 use report::{Cell, Table};
 use sins::{
     estimation::state::StateValues,
-    studies::monte_carlo::{CALIBRATED, Point, mean_nees_bounds},
+    studies::monte_carlo::{Point, mean_nees_bounds},
+    studies::paper::CALIBRATED,
     units::NAUTICAL_MILE_M,
 };
 

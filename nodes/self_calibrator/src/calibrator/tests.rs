@@ -215,9 +215,30 @@ fn gaps_are_told() {
     assert!(report.contains("1 gaps, 3 samples lost"), "{report}");
 }
 
-/// Samples that do not say how noisy they are make a warning, unless the parameters say it.
+/// Samples that do not say how noisy they are make a warning, unless the parameters say it; who reads an estimate reads it there too.
 #[test]
 fn an_assumed_noise_is_told() {
+    let told_in_an_estimate = |variance: f64| {
+        let mut calibrator = calibrator();
+        calibrator.fix(&fix(45.0, 0));
+        let outputs = (0..300).flat_map(|number| {
+            calibrator.imu(&Imu {
+                angular_velocity_covariance: [variance; 9],
+                ..sample(number)
+            })
+        });
+        let estimates: Vec<_> = outputs.filter_map(|output| output.estimate).collect();
+        assert!(!estimates.is_empty());
+        let told = |estimate: &SelfCalibrationEstimate| {
+            estimate
+                .message
+                .contains("the noise of the samples is assumed")
+        };
+        (estimates.iter().any(told), estimates.iter().all(told))
+    };
+    assert_eq!(told_in_an_estimate(0.0), (true, true));
+    assert_eq!(told_in_an_estimate(1e-13), (false, false));
+
     let silent = |number| Imu {
         angular_velocity_covariance: [0.0; 9],
         ..sample(number)

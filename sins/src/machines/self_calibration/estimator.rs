@@ -350,10 +350,11 @@ impl Estimator {
             let least_s = self.settings.coarse_alignment_min_s;
             if seconds < least_s && self.last.is_none() {
                 return Err(Error::Alignment {
-                    // Cut off, not rounded: what is too short must not look long enough.
+                    // Cut off, not rounded: what is too short must not look long enough. Stamps are whole nanoseconds:
+                    // what half of one is short of a digit is the rounding of the sum.
                     reason: format!(
                         "{:.3} s of samples, expected at least {least_s} s",
-                        (seconds * 1e3).floor() * 1e-3
+                        (seconds * 1e3 + 5e-7).floor() * 1e-3
                     ),
                 });
             }

@@ -104,3 +104,90 @@ impl SensorKnowledge {
         covariance
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+    use crate::earth::Position;
+    use crate::estimation::groups::bias::Bias;
+    use crate::estimation::groups::navigation::MISALIGNMENT;
+    use crate::estimation::groups::navigation::Navigation;
+    use crate::estimation::model::Paper;
+
+    const WALK: SensorWalk = SensorWalk {
+        gyroscope_drift_rad_s_sqrt_s: 3e-10,
+        accelerometer_bias_m_s2_sqrt_s: 2e-6,
+    };
+
+    fn knowledge() -> SensorKnowledge {
+        let states = [
+            (ACCELEROMETER_BIAS[0], 1e-4),
+            (GYROSCOPE_DRIFT[0], 1e-8),
+            (GYROSCOPE_DRIFT[1], 2e-8),
+            (MISALIGNMENT[0], 1e-6),
+        ];
+        SensorKnowledge {
+            stamp: Stamp::from_nanos(0),
+            errors: SensorErrors::default(),
+            table: TableErrors::default(),
+            antenna_arm_m: Vector3::zeros(),
+            covariance: NamedCovariance::from_sigmas(states).unwrap(),
+            turned: true,
+        }
+    }
+
+    fn prior_after(seconds: f64) -> (SMatrix<f64, 13, 13>, SMatrix<f64, 13, 13>) {
+        let place = NavigationState {
+            attitude: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            position: Position::from_degrees(45.0, 126.6, 0.0),
+        };
+        let model = Paper {
+            navigation: Navigation {
+                position_m: 10.0,
+                velocity_m_s: 0.01,
+                misalignment_rad: Vector3::repeat(1e-3),
+            },
+            bias: Bias {
+                accelerometer_bias_m_s2: Vector3::repeat(1e-3),
+                gyroscope_drift_rad_s: Vector3::repeat(1e-7),
+                accelerometer_walk_m_s2_sqrt_s: 0.0,
+                gyroscope_walk_rad_s_sqrt_s: 0.0,
+            },
+        };
+        let now = Stamp::from_nanos(0).plus_seconds(seconds);
+        let knowledge = knowledge();
+        let known = model.covariance_of(&knowledge.covariance, &place);
+        (knowledge.prior(&model, &place, now, &WALK), known)
+    }
+
+    /// After T seconds a prior is P + q²T in every bias and drift, and P everywhere else.
+    #[test]
+    fn knowledge_fades_by_its_walk() {
+        let seconds = 7200.0;
+        let (grown, known) = prior_after(seconds);
+        let mut expected = known;
+        for axis in 0..3 {
+            let bias = Paper::position(ACCELEROMETER_BIAS[axis]).unwrap();
+            let drift = Paper::position(GYROSCOPE_DRIFT[axis]).unwrap();
+            expected[(bias, bias)] += 4e-12 * seconds;
+            expected[(drift, drift)] += 9e-20 * seconds;
+        }
+        let drift = Paper::position(GYROSCOPE_DRIFT[0]).unwrap();
+        // By hand: (1e-8)² + 9e-20 · 7200 = 7.48e-16.
+        assert!((grown[(drift, drift)] / 7.48e-16 - 1.0).abs() < 1e-12);
+        for (grown, expected) in grown.iter().zip(expected.iter()) {
+            assert!((grown - expected).abs() <= 1e-12 * expected.abs());
+        }
+    }
+
+    /// A clock that was set back makes nothing surer, and nothing less sure.
+    #[test]
+    fn a_clock_set_back_tells_no_time() {
+        let (prior, known) = prior_after(-7200.0);
+        assert_eq!(prior, known);
+    }
+}

@@ -11,7 +11,7 @@ use crate::machines::self_calibration::{
 };
 use crate::sensor::SensorErrors;
 use crate::simulation::{Run, Simulator, SimulatorSettings};
-use crate::studies::monte_carlo::{CALIBRATED, CALIBRATED_NAMES, CALIBRATED_STATES};
+use crate::studies::paper::{CALIBRATED, CALIBRATED_NAMES, CALIBRATED_STATES};
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
 use crate::table::{TableErrors, Turntable};

@@ -18,7 +18,7 @@ use crate::estimation::filter::{InitialUncertainty, Loop, VelocityMeasurement};
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
 use crate::estimation::model::{Model, Paper, PaperFilter};
-use crate::estimation::state::{NamedCovariance, StateLabel, StateValues, positions};
+use crate::estimation::state::{NamedCovariance, StateValues, positions};
 use crate::machines::self_calibration::{Calibration, Phase};
 use crate::mechanization::strapdown::NavigationState;
 use crate::sensor::Increment;
@@ -27,42 +27,13 @@ use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{
     ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick,
 };
-use crate::studies::paper;
+use crate::studies::paper::{self, CALIBRATED_NAMES, CALIBRATED_STATES};
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
 use crate::time::Stamp;
 
 pub use statistics::{Point, Statistics, Trace, mean_nees_bounds};
 pub use voyage::{Departure, Voyage, VoyageTrack};
-
-/// Number of the states of [`CALIBRATED`].
-pub const CALIBRATED_STATES: usize = 9;
-
-/// The states that calibration is about: misalignment (E, N, U), biases, drifts (x, y, z).
-pub static CALIBRATED: [StateLabel; CALIBRATED_STATES] = {
-    let names = CALIBRATED_NAMES;
-    let at = positions(Paper::LIST, names);
-    let mut labels = [Paper::LIST[0]; CALIBRATED_STATES];
-    let mut state = 0;
-    while state < CALIBRATED_STATES {
-        labels[state] = Paper::LIST[at[state]];
-        state += 1;
-    }
-    labels
-};
-
-/// Their names.
-pub const CALIBRATED_NAMES: [&str; CALIBRATED_STATES] = [
-    MISALIGNMENT[0],
-    MISALIGNMENT[1],
-    MISALIGNMENT[2],
-    ACCELEROMETER_BIAS[0],
-    ACCELEROMETER_BIAS[1],
-    ACCELEROMETER_BIAS[2],
-    GYROSCOPE_DRIFT[0],
-    GYROSCOPE_DRIFT[1],
-    GYROSCOPE_DRIFT[2],
-];
 
 /// Where the errors of a run stand among the filter's states.
 mod at {
@@ -157,12 +128,12 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Error of the states of [`CALIBRATED`]; NaN where the filter does not have one.
+    /// Error of the states of [`CALIBRATED`](paper::CALIBRATED); NaN where the filter does not have one.
     pub fn calibrated_error(&self) -> SVector<f64, CALIBRATED_STATES> {
         SVector::from(CALIBRATED_NAMES.map(|name| self.error.value(name).unwrap_or(f64::NAN)))
     }
 
-    /// One-sigma of the states of [`CALIBRATED`]; NaN where the filter does not have one.
+    /// One-sigma of the states of [`CALIBRATED`](paper::CALIBRATED); NaN where the filter does not have one.
     pub fn calibrated_sigma(&self) -> SVector<f64, CALIBRATED_STATES> {
         SVector::from(CALIBRATED_NAMES.map(|name| self.covariance.sigma(name).unwrap_or(f64::NAN)))
     }

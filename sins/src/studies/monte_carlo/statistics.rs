@@ -3,8 +3,9 @@
 use nalgebra::SVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::{CALIBRATED, CALIBRATED_STATES, RunResult, Snapshot};
+use super::{RunResult, Snapshot};
 use crate::estimation::state::StateValues;
+use crate::studies::paper::{CALIBRATED, CALIBRATED_STATES};
 
 /// One run's errors over time, for a picture.
 #[derive(Clone, Debug)]
