@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use ros2_interfaces::{KnownType, Registry, RegistryError};
 
 use crate::{
-    Calibration, SchemeStatus, SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult,
-    SelfCalibrationEstimate,
+    Calibration, CalibrationOutlook, SchemeStatus, SelfCalibrateFeedback, SelfCalibrateGoal,
+    SelfCalibrateResult, SelfCalibrationEstimate,
 };
 
 /// Hands every message type that topics of the suite carry to a macro, as
@@ -18,6 +18,7 @@ macro_rules! with_known_types {
             $macro $(, $first)?;
             $crate::SchemeStatus,
             $crate::SelfCalibrationEstimate,
+            $crate::CalibrationOutlook,
             $crate::Calibration,
         )
     };
@@ -37,6 +38,7 @@ pub const KNOWN_TYPES: &[KnownType] = with_known_types!(list);
 pub fn register(registry: &mut Registry) -> Result<(), RegistryError> {
     registry.register::<SchemeStatus>()?;
     registry.register::<SelfCalibrationEstimate>()?;
+    registry.register::<CalibrationOutlook>()?;
     registry.register::<Calibration>()?;
     registry.register::<SelfCalibrateGoal>()?;
     registry.register::<SelfCalibrateResult>()?;

@@ -18,7 +18,7 @@ mod messages;
 mod self_calibrate;
 
 pub use known::{KNOWN_TYPES, known_type, register, registry};
-pub use messages::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+pub use messages::{Calibration, CalibrationOutlook, SchemeStatus, SelfCalibrationEstimate};
 pub use self_calibrate::{SelfCalibrateFeedback, SelfCalibrateGoal, SelfCalibrateResult};
 
 /// For the macros of this crate.

@@ -151,6 +151,60 @@ impl SelfCalibrationEstimate {
     pub const INCONSISTENT: u8 = 5;
 }
 
+/// What the scheme under way will still bring, and which rotation would bring more. Topic self_calibration/outlook, reliable,
+/// transient local.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationOutlook {
+    /// Stamp of the estimate that it begins at; frame_id of the sensor block.
+    pub header: Header,
+    /// False: `message` says why nothing is foreseen; arrays are then empty and times -1.
+    pub foreseen: bool,
+    /// Name of the scheme.
+    pub scheme: String,
+    /// In which the scheme stands, from 0.
+    pub cycle: u32,
+    /// Of the cycle; 0 is the first dwell.
+    pub step: u32,
+    /// Names of the states, in order.
+    pub state_names: Vec<String>,
+    /// 1 sigma below which the state counts as found, SI; zero where it is not asked for.
+    pub threshold: Vec<f64>,
+    /// 1 sigma now, SI.
+    pub std: Vec<f64>,
+    /// 1 sigma at the end, SI.
+    pub std_at_end: Vec<f64>,
+    /// End of the scheme, or of its present cycle, from the stamp \[s\].
+    pub end_in: f64,
+    /// Its cycle.
+    pub end_cycle: u32,
+    /// Its step.
+    pub end_step: u32,
+    /// It is the end of the scheme.
+    pub end_is_of_scheme: bool,
+    /// When every threshold will be met, from the stamp; 0: now; -1: not by that end and one more cycle \[s\].
+    pub met_in: f64,
+    /// In this cycle.
+    pub met_cycle: u32,
+    /// In this step.
+    pub met_step: u32,
+    /// States that do not get below their threshold in that time.
+    pub out_of_reach: Vec<String>,
+    /// `outer_joint` or `inner_joint` of the rotation that brings most; empty where rest does, or every threshold is met.
+    pub best_joint: String,
+    /// Axis of the block at zero joint angles that this joint turns about: x, y or z.
+    pub best_axis: String,
+    /// By how much, counter-clockwise positive; 0: rest \[rad\].
+    pub best_angle_rad: f64,
+    /// The dwell after it \[s\].
+    pub best_dwell: f64,
+    /// Of the thresholds now: sum of ln(std / threshold) over the states above theirs.
+    pub distance: f64,
+    /// The same after that rotation and dwell.
+    pub best_distance: f64,
+    /// One line for a person.
+    pub message: String,
+}
+
 /// Reads a payload that may be from before the last array of its type was there.
 fn of_bag<M: RosMessage>(payload: &[u8]) -> Result<M, cdr::Error> {
     cdr::decode(payload).or_else(|error| {
@@ -248,6 +302,13 @@ ros_message!(
     include_str!("../msg/SelfCalibrationEstimate.msg"),
     "RIHS01_3aa579601c117b1d06e882d8cd638d8731c836f0d7e062335868f254c16c5089",
     [Header, Quaternion]
+);
+ros_message!(
+    CalibrationOutlook,
+    "rotary_sins_msgs/msg/CalibrationOutlook",
+    include_str!("../msg/CalibrationOutlook.msg"),
+    "RIHS01_4d88042d161325c6b64b02c2a4289e56ae9e6acc6a875dc77e760eb639303177",
+    [Header]
 );
 ros_message!(
     Calibration,

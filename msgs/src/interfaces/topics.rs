@@ -7,10 +7,11 @@ use ros2_interfaces::sensor_msgs::{Imu, JointState, NavSatFix};
 pub use ros2_interfaces::standard_topics::{
     CLOCK, DIAGNOSTICS, PARAMETER_EVENTS, ROSOUT, TF, TF_STATIC,
 };
+use ros2_interfaces::std_msgs;
 use ros2_interfaces::trajectory_msgs::JointTrajectory;
 use ros2_interfaces::{Interface, Qos, Topic};
 
-use crate::{Calibration, SchemeStatus, SelfCalibrationEstimate};
+use crate::{Calibration, CalibrationOutlook, SchemeStatus, SelfCalibrationEstimate};
 
 macro_rules! topics {
     ($($(#[$kind:ident])? $constant:ident: $message:ty = $name:literal, $qos:expr, $from:literal => $to:literal, $about:literal;)*) => {
@@ -52,6 +53,9 @@ topics! {
     SCHEME_STATUS: SchemeStatus = "scheme/status", Qos::latched(1),
         "`scheme_sequencer`" => "`self_calibrator`, tools",
         "Where the rotation scheme stands";
+    SCHEME_FILE: std_msgs::String = "scheme/file", Qos::latched(1),
+        "`scheme_sequencer`" => "`self_calibrator`, tools",
+        "The rotation scheme as it runs, as the text of a scheme file";
     #[overridable]
     FIX: NavSatFix = "fix", Qos::reliable(1000),
         "ship or `imu_simulator`" => "`self_calibrator`, `navigation_compensator`",
@@ -63,6 +67,9 @@ topics! {
     ESTIMATE: SelfCalibrationEstimate = "self_calibration/estimate", Qos::latched(1),
         "`self_calibrator`" => "tools",
         "State and covariance of the filter, 1 Hz of sample time";
+    OUTLOOK: CalibrationOutlook = "self_calibration/outlook", Qos::latched(1),
+        "`self_calibrator`" => "tools",
+        "What the scheme under way will still bring, and which rotation would bring more";
     CALIBRATION: Calibration = "self_calibration/calibration", Qos::latched(1),
         "`self_calibrator`" => "`navigation_compensator`",
         "Sensor errors and attitude, when converged, when the scheme ends, when asked";

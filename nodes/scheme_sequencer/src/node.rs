@@ -8,11 +8,12 @@ use checkpoint::Keeper;
 use node_parameters::CheckpointParameters;
 use ros_node::{Ending, InputWatch, Level, Node, Publisher, Purpose, Report};
 use ros2_interfaces::sensor_msgs::JointState;
+use ros2_interfaces::std_msgs;
 use ros2_interfaces::std_srvs::{TriggerRequest, TriggerResponse};
 use rotary_sins_msgs::SchemeStatus;
 use rotary_sins_msgs::convert::{FromMessage, ToMessage};
 use rotary_sins_msgs::interfaces::services;
-use rotary_sins_msgs::interfaces::topics::{JOINT_STATES, SCHEME_STATUS};
+use rotary_sins_msgs::interfaces::topics::{JOINT_STATES, SCHEME_FILE, SCHEME_STATUS};
 use sins::table::JointSample;
 use sins::table::scheme::sequencer::{
     Command, Refused, SequencerSettings, Snapshot, State, Status,
@@ -41,12 +42,17 @@ struct Shared {
     table: Table,
     settings: SequencerSettings,
     statuses: Publisher<SchemeStatus>,
+    file: Publisher<std_msgs::String>,
+    /// The scheme with what the parameters have instead of its own, as the text of a file.
+    text: Arc<str>,
 }
 
 struct Machine {
     sequencer: Sequencer,
     watch: InputWatch,
     published: Option<Status>,
+    /// The scheme has been told.
+    is_told: bool,
     goal: GoalWatch,
     /// A sequencer that waits for the first joint states.
     waking: Option<Waking>,
@@ -148,6 +154,10 @@ impl Shared {
             } else {
                 tracing::info!("{note}");
             }
+        }
+        if !machine.is_told {
+            let data = self.text.to_string();
+            machine.is_told = self.file.publish(std_msgs::String { data }).is_on_its_way();
         }
         let status = machine.sequencer.status();
         if machine
@@ -359,7 +369,8 @@ fn is_news(last: &Status, status: &Status) -> bool {
 /// A scheme or parameters that mean nothing, endpoints that cannot be created.
 pub async fn main(node: Node) -> Result<()> {
     let given = parameters::settings(node.parameters())?;
-    let (program, settings) = (given.program()?, given.sequencer);
+    let (scheme, program) = given.scheme_and_program()?;
+    let settings = given.sequencer;
     let (name, axes) = (program.name.clone(), program.table);
     let (table, driver) = Table::new(&node, &settings, given.uses_action)?;
     let mut endings = node.endings(Duration::from_secs_f64(settings.arrival_timeout_s));
@@ -369,6 +380,7 @@ pub async fn main(node: Node) -> Result<()> {
             sequencer: Sequencer::new(program.clone(), settings)?,
             watch: InputWatch::required(JOINT_STATES.name, PATIENCE).of(&node)?,
             published: None,
+            is_told: false,
             goal: GoalWatch::default(),
             waking: None,
             starts: given.autostart,
@@ -378,6 +390,8 @@ pub async fn main(node: Node) -> Result<()> {
         table,
         settings,
         statuses: node.publish_on(&SCHEME_STATUS)?,
+        file: node.publish_on(&SCHEME_FILE)?,
+        text: scheme.to_yaml().into(),
     };
     if let Some(driver) = driver {
         let shared = shared.clone();

@@ -225,11 +225,11 @@ pub fn settings(parameters: &Parameters) -> Result<Settings> {
 }
 
 impl Settings {
-    /// The scheme, laid out for its table.
+    /// The scheme as it is to run, and laid out for its table.
     ///
     /// # Errors
     /// A scheme that cannot be read or run, by file and key.
-    pub fn program(&self) -> Result<Program> {
+    pub fn scheme_and_program(&self) -> Result<(Scheme, Program)> {
         let mut scheme = named(&self.scheme)?;
         let instead = &self.instead;
         scheme.dwell_s = instead.dwell_s.unwrap_or(scheme.dwell_s);
@@ -244,7 +244,8 @@ impl Settings {
         let [outer, inner] = instead.axes;
         let table = Turntable::new(outer.unwrap_or(own.outer), inner.unwrap_or(own.inner))
             .context("parameters 'outer_axis' and 'inner_axis'")?;
-        Ok(scheme.program(table)?)
+        let program = scheme.program(table)?;
+        Ok((scheme, program))
     }
 }
 
@@ -282,7 +283,7 @@ mod tests {
         assert_eq!(read, Settings::default());
         let scheme = Scheme::builtin("eight-position").unwrap();
         let own = scheme.program(scheme.default_table()).unwrap();
-        assert_eq!(read.program().unwrap(), own);
+        assert_eq!(read.scheme_and_program().unwrap().1, own);
         // A table moves because somebody asked for it, never because a process came up.
         assert!(!read.autostart);
         let machine = SequencerSettings {
@@ -307,7 +308,10 @@ mod tests {
         let instead = &settings.instead;
         assert_eq!((instead.dwell_s, instead.cycles), (Some(0.0), Some(2)));
         assert_eq!(instead.limits_rad[0], None);
-        let program = settings.program().unwrap();
+        let (scheme, program) = settings.scheme_and_program().unwrap();
+        // What is told of it says the same.
+        let told = Scheme::from_yaml("told", &scheme.to_yaml()).unwrap();
+        assert_eq!(told.program(program.table).unwrap(), program);
         assert_eq!(
             (program.table.outer, program.table.inner),
             (Axis::Y, Axis::X)

@@ -20,6 +20,7 @@ use sins::time::seconds_to_nanos;
 use sins::{Error, Stamp};
 
 use crate::kept::Waking;
+use crate::outlook::Scheme;
 use crate::translation;
 
 /// What is to be published.
@@ -64,6 +65,8 @@ pub struct Calibrator {
     noise_is_assumed: Option<bool>,
     pub(crate) converged_published: bool,
     scheme_status: Option<SchemeStatus>,
+    /// The scheme, for what it will still bring.
+    pub(crate) scheme: Scheme,
     /// The scheme has finished at this time; the calibration for it is due.
     pub(crate) finish: Option<Stamp>,
     next_progress: Option<Stamp>,
@@ -101,6 +104,7 @@ impl Calibrator {
             noise_is_assumed: None,
             converged_published: false,
             scheme_status: None,
+            scheme: Scheme::default(),
             finish: None,
             next_progress: None,
             hurries: false,
@@ -190,6 +194,7 @@ impl Calibrator {
 
     /// What the scheme reports. A calibration is due when it has finished and the samples have come as far.
     pub fn scheme(&mut self, status: &SchemeStatus) -> Option<Calibration> {
+        self.scheme.follow(status);
         let before = self.scheme_status.replace(status.clone());
         if status.state != SchemeStatus::FINISHED {
             self.finish = None;
@@ -416,6 +421,7 @@ impl Calibrator {
 
     fn forget(&mut self) {
         self.latest = None;
+        self.scheme.forget_what_was_asked();
         self.converged_published = false;
         self.finish = None;
         self.next_progress = None;

@@ -6,6 +6,7 @@ mod action;
 mod calibrator;
 mod kept;
 mod node;
+mod outlook;
 pub mod parameters;
 mod phase;
 mod storage;

@@ -10,8 +10,9 @@ use ros_node::{Node, Published, Publisher, Purpose, Report, SENSOR_DEPTH, Subscr
 use ros2_interfaces::geometry_msgs::TwistWithCovarianceStamped;
 use ros2_interfaces::std_srvs::{TRIGGER, TriggerRequest, TriggerResponse};
 use rotary_sins_msgs::interfaces::{services, topics};
-use rotary_sins_msgs::{Calibration, SelfCalibrationEstimate};
+use rotary_sins_msgs::{Calibration, CalibrationOutlook, SelfCalibrationEstimate};
 use sins::machines::self_calibration::Reference;
+use tokio::task::JoinHandle;
 
 use crate::action::SelfCalibrate;
 use crate::calibrator::{Calibrator, Output};
@@ -43,6 +44,7 @@ impl Shared {
 struct Publishers {
     estimate: Publisher<SelfCalibrationEstimate>,
     calibration: Publisher<Calibration>,
+    outlook: Publisher<CalibrationOutlook>,
 }
 
 impl Publishers {
@@ -82,12 +84,14 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let publishers = Publishers {
         estimate: node.publish_on(&topics::ESTIMATE)?,
         calibration: node.publish_on(&topics::CALIBRATION)?,
+        outlook: node.publish_on(&topics::OUTLOOK)?,
     };
     // Positions are measurements as samples are: none may be lost where time runs fast.
     let mut fixes = node.subscribe_on(&topics::FIX)?;
     let depth = given.queue_depth();
     let mut joints = node.subscribe_on(&topics::JOINT_STATES.with_depth(depth))?;
     let mut scheme = node.subscribe_on(&topics::SCHEME_STATUS.with_depth(10))?;
+    let mut scheme_files = node.subscribe_on(&topics::SCHEME_FILE)?;
     let mut velocities = match settings.reference {
         Reference::Measured { .. } => {
             Some(node.subscribe_on(&topics::AIDING_VELOCITY.with_depth(SENSOR_DEPTH))?)
@@ -102,6 +106,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
     let mut endings = node.endings(ENDING);
     let mut changes = node.parameters().changes();
     node.set_ready();
+    let mut looking_ahead: Option<JoinHandle<()>> = None;
     let mut ticks = tokio::time::interval(TICK);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
@@ -137,6 +142,7 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                 let calibration = shared.lock().scheme(&status);
                 publishers.publish_calibration(calibration);
             }
+            file = scheme_files.recv() => shared.lock().scheme.take_file(&file.data),
             _ = ticks.tick() => {
                 {
                     let mut calibrator = shared.lock();
@@ -159,12 +165,25 @@ pub async fn main(node: Node) -> anyhow::Result<()> {
                     }
                     publishers.publish_calibration(calibrator.tick());
                 }
+                look_ahead(&mut looking_ahead, &shared, &publishers);
                 if let Some(keeper) = &mut keeper {
                     keep_when_due(keeper, &shared).await;
                 }
             }
         }
     }
+}
+
+/// Has it worked out what the scheme will still bring, where that is due, beside this task: samples do not wait for it.
+fn look_ahead(under_way: &mut Option<JoinHandle<()>>, shared: &Shared, publishers: &Publishers) {
+    if under_way.as_ref().is_some_and(|work| !work.is_finished()) {
+        return;
+    }
+    let asked = shared.lock().ask_ahead();
+    *under_way = asked.map(|asked| {
+        let outlook = publishers.outlook.clone();
+        tokio::task::spawn_blocking(move || outlook.publish(asked.answer()).left_to_diagnostics())
+    });
 }
 
 /// Goes on from the checkpoint, where there is one, and keeps the state from now on, where that is asked for.

@@ -5,4 +5,5 @@ pub mod assurance;
 pub mod design;
 pub mod monte_carlo;
 pub mod observability;
+pub mod outlook;
 pub mod paper;

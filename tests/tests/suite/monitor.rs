@@ -56,6 +56,9 @@ fn a_running_calibration_is_shown() {
             "{}",
             answer.stdout
         );
+        // What the scheme will still bring has come too, worked out beside the samples.
+        pages.wait_for_line("best next: turn about");
+        assert!(pages.log().contains("cycle's end ("));
         scene.end();
         calibrator.interrupt();
         pages.wait_for_line("NO DATA for");

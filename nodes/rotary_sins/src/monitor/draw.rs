@@ -54,9 +54,21 @@ impl Look {
 /// Draws the page.
 pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
     let why = reason(state);
-    let [title, scheme, table, groups, numbers, because, faults, foot] = Layout::vertical([
+    let ahead = outlook_lines(state, usize::from(frame.area().width));
+    let [
+        title,
+        scheme,
+        outlook,
+        table,
+        groups,
+        numbers,
+        because,
+        faults,
+        foot,
+    ] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(3),
+        Constraint::Length(ahead.len() as u16),
         Constraint::Length(NINE as u16 + 1),
         Constraint::Length(1),
         Constraint::Length(3),
@@ -70,6 +82,7 @@ pub fn page(frame: &mut Frame, state: &MonitorState, now: Instant, look: Look) {
         Paragraph::new(scheme_lines(state, now, look, scheme.width)),
         scheme,
     );
+    frame.render_widget(Paragraph::new(ahead), outlook);
     frame.render_widget(
         Paragraph::new(estimate_lines(state, now, look, table)),
         table,
@@ -214,6 +227,22 @@ fn scheme_lines(state: &MonitorState, now: Instant, look: Look, width: u16) -> V
         Line::raw(format!("{} elapsed, {remaining}{next}", clock(s.elapsed))),
         Line::raw(fit(&s.message, usize::from(width))),
     ]
+}
+
+/// What the calibrator says of the thresholds and of the rotation that would bring most, and what the end of the scheme brings:
+/// two lines; one where there is no more to say, none where nothing was heard.
+fn outlook_lines(state: &MonitorState, width: usize) -> Vec<Line<'static>> {
+    let Some(heard) = &state.outlook else {
+        return Vec::new();
+    };
+    // Its parts are thresholds, end, rotation, doubt. What may be cut off comes last.
+    let parts = heard.message.message.split("; ");
+    let (end, mut others): (Vec<&str>, Vec<&str>) =
+        parts.partition(|part| part.contains("'s end ("));
+    others.sort_by_key(|part| !part.starts_with("best next"));
+    let lines = [others.join("; "), end.join("; ")].into_iter();
+    let told = lines.filter(|line| !line.is_empty());
+    told.map(|line| Line::raw(fit(&line, width))).collect()
 }
 
 fn estimate_lines(

@@ -2,6 +2,7 @@
 use super::*;
 use ratatui::{Terminal, backend::TestBackend};
 use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
+use rotary_sins_msgs::CalibrationOutlook;
 use std::time::Duration;
 
 fn text(state: &MonitorState, now: Instant, width: u16, height: u16) -> Vec<String> {
@@ -128,6 +129,38 @@ fn everything_fits_on_80_by_24() {
         "{all}"
     );
     assert!(all.contains("NaN") && all.contains("inf"), "{all}");
+}
+
+/// What lies ahead has two lines on 80 columns, and none where nobody told it; all the rest stays.
+#[test]
+fn what_lies_ahead_is_told_in_two_lines() {
+    let now = Instant::now();
+    let mut state = running(now);
+    let before = text(&state, now, 80, 24);
+    state.outlook(
+        CalibrationOutlook {
+            message: "thresholds met in 12 min (cycle 1 step 5); scheme's end (119 min): azimuth 120.6 arcsec, \
+                      drift 0.0010 deg/h, bias 11.1 ug; best next: turn about y by -270 deg"
+                .to_owned(),
+            ..CalibrationOutlook::default()
+        },
+        now,
+    );
+    let lines = text(&state, now, 80, 24);
+    let all = lines.join("\n");
+    let next = "best next: turn about y by -270 deg; thresholds met in 12 min (cycle 1 step 5)";
+    let end = "scheme's end (119 min): azimuth 120.6 arcsec, drift 0.0010 deg/h, bias 11.1 ug";
+    assert_eq!(lines[4..6], [next, end], "{all}");
+    assert_eq!(&lines[6..20], &before[4..18], "{all}");
+    assert_eq!(lines[23], before[23]);
+    let unknown = CalibrationOutlook {
+        message: "nothing is foreseen: the scheme is finished".to_owned(),
+        ..CalibrationOutlook::default()
+    };
+    state.outlook(unknown, now);
+    let lines = text(&state, now, 80, 24);
+    assert_eq!(lines[4], "nothing is foreseen: the scheme is finished");
+    assert_eq!(&lines[5..20], &before[4..19]);
 }
 
 /// A sigma that is not known, while the alignment gathers, is a dash and below no threshold.

@@ -21,7 +21,7 @@ use ratatui::{
 };
 use ros_node::{Node, NodeBuilder};
 use ros2_interfaces::{RosMessage, Topic, diagnostic_msgs::DiagnosticArray};
-use rotary_sins_msgs::interfaces::topics::{DIAGNOSTICS, ESTIMATE, SCHEME_STATUS};
+use rotary_sins_msgs::interfaces::topics::{DIAGNOSTICS, ESTIMATE, OUTLOOK, SCHEME_STATUS};
 
 use self::{
     draw::{Look, page},
@@ -71,6 +71,7 @@ async fn monitor(node: Node, options: Options) -> anyhow::Result<()> {
         MonitorState::scheme,
     )?;
     listen(&node, &state, &ESTIMATE, MonitorState::estimate)?;
+    listen(&node, &state, &OUTLOOK, MonitorState::outlook)?;
     listen(
         &node,
         &state,

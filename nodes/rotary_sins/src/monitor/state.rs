@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use ros2_interfaces::diagnostic_msgs::DiagnosticStatus;
 use rotary_sins_msgs::interfaces::topics::{DIAGNOSTICS, ESTIMATE, SCHEME_STATUS};
-use rotary_sins_msgs::{SchemeStatus, SelfCalibrationEstimate};
+use rotary_sins_msgs::{CalibrationOutlook, SchemeStatus, SelfCalibrationEstimate};
 use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use sins::estimation::groups::navigation::MISALIGNMENT;
 
@@ -56,6 +56,8 @@ pub struct MonitorState {
     pub place_since_s: f64,
     /// Newest of the calibrator.
     pub estimate: Option<Heard<SelfCalibrationEstimate>>,
+    /// What the scheme will still bring, as the calibrator told it last.
+    pub outlook: Option<Heard<CalibrationOutlook>>,
     /// Newest diagnostics by name.
     pub diagnostics: BTreeMap<String, Heard<DiagnosticStatus>>,
     /// Full names of the nodes that publish, by topic.
@@ -113,6 +115,11 @@ impl MonitorState {
         }
         self.first_estimate.get_or_insert(at);
         self.estimate = Some(Heard { message, at });
+    }
+
+    /// What the scheme will still bring.
+    pub fn outlook(&mut self, message: CalibrationOutlook, at: Instant) {
+        self.outlook = Some(Heard { message, at });
     }
 
     /// Whether what is known is the present of everybody who publishes: every topic that has publishers has been heard, every

@@ -339,3 +339,107 @@ fn an_inconsistent_run_says_which_test_failed() {
         assert!(!text.contains("innovations do not agree"), "{text}");
     }
 }
+
+/// A calibrator that has gone through its alignment, with a scheme in its first dwell.
+fn under_way(scheme: &sins::table::scheme::Scheme) -> Calibrator {
+    let mut calibrator = calibrator();
+    calibrator.fix(&fix(45.0, 0));
+    calibrator.scheme.take_file(&scheme.to_yaml());
+    let dwelling = SchemeStatus {
+        scheme: scheme.name.clone(),
+        ..status(SchemeStatus::DWELLING, 0)
+    };
+    calibrator.scheme(&dwelling);
+    feed(&mut calibrator, 0..401);
+    calibrator
+}
+
+/// With a scheme under way it is told what that will still bring: once at a place and once a minute, in every state of the filter, and
+/// which rotation would bring more.
+#[test]
+fn what_lies_ahead_is_told() {
+    let mut scheme = sins::table::scheme::Scheme::eight_position();
+    scheme.cycles = Some(1);
+    let mut calibrator = under_way(&scheme);
+    let told = calibrator.ask_ahead().unwrap().answer();
+    assert!(told.foreseen, "{}", told.message);
+    assert_eq!(told.header.frame_id, "imu_link");
+    assert_eq!((told.scheme.as_str(), told.step), ("eight-position", 0));
+    assert_eq!((told.end_step, told.end_is_of_scheme), (10, true));
+    // A first dwell of 500 s, of which 40 are over, and the cycle.
+    assert!((told.end_in - 5732.0).abs() < 15.0, "{}", told.end_in);
+    assert!(
+        told.met_in > 1000.0 && told.met_in < told.end_in,
+        "{}",
+        told.met_in
+    );
+    assert_eq!(told.state_names.len(), told.std_at_end.len());
+    let azimuth = told
+        .state_names
+        .iter()
+        .position(|name| name == "misalignment_up_rad");
+    let azimuth = azimuth.unwrap();
+    assert!(told.std_at_end[azimuth] < 0.2 * told.std[azimuth]);
+    assert!(told.best_distance < told.distance && told.best_angle_rad != 0.0);
+    for words in [
+        "thresholds met in",
+        "scheme's end (",
+        "best next: turn about",
+    ] {
+        assert!(told.message.contains(words), "{}", told.message);
+    }
+    assert!(calibrator.ask_ahead().is_none());
+    feed(&mut calibrator, 401..990);
+    assert!(calibrator.ask_ahead().is_none());
+    feed(&mut calibrator, 990..1012);
+    assert!(calibrator.ask_ahead().is_some());
+    // Other thresholds are another question.
+    calibrator.ask_for(Some(Thresholds::NONE));
+    let told = calibrator.ask_ahead().unwrap().answer();
+    assert_eq!((told.met_in, told.best_joint.as_str()), (0.0, ""));
+    // The scheme turns: nothing is asked until an estimate has come as far.
+    let rotating = SchemeStatus {
+        scheme: scheme.name.clone(),
+        step: 1,
+        ..status(SchemeStatus::ROTATING, 1050)
+    };
+    calibrator.scheme(&rotating);
+    assert!(calibrator.ask_ahead().is_none());
+    feed(&mut calibrator, 1012..1062);
+    let told = calibrator.ask_ahead().unwrap().answer();
+    assert!(told.foreseen && told.step == 1, "{}", told.message);
+}
+
+/// Where nothing can be foreseen it is said why: no scheme is known, another one, one of another table, one that is over.
+#[test]
+fn what_cannot_be_foreseen_is_said() {
+    let scheme = sins::table::scheme::Scheme::eight_position();
+    let mut calibrator = under_way(&scheme);
+    let mut refused = |state: u8, file: Option<&str>, words: &str| {
+        if let Some(text) = file {
+            calibrator.scheme.take_file(text);
+        }
+        let now = SchemeStatus {
+            scheme: scheme.name.clone(),
+            ..status(state, 400)
+        };
+        calibrator.scheme(&now);
+        calibrator.scheme.forget_what_was_asked();
+        let told = calibrator.ask_ahead().unwrap().answer();
+        assert!(!told.foreseen && told.state_names.is_empty());
+        assert_eq!((told.met_in, told.end_in), (-1.0, -1.0));
+        assert!(told.message.contains(words), "{}", told.message);
+    };
+    refused(SchemeStatus::FINISHED, None, "finished");
+    refused(SchemeStatus::PAUSED, None, "not under way");
+    let other = sins::table::scheme::Scheme::stationary().to_yaml();
+    refused(SchemeStatus::DWELLING, Some(&other), "not known");
+    refused(
+        SchemeStatus::DWELLING,
+        Some("rotations: 5"),
+        "expected sequence",
+    );
+    let mut about_z = sins::table::scheme::Scheme::eight_position_yz();
+    about_z.name.clone_from(&scheme.name);
+    refused(SchemeStatus::DWELLING, Some(&about_z.to_yaml()), "about z");
+}

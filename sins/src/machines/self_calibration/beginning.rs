@@ -7,8 +7,8 @@ use super::smoothing::Guide;
 use super::{ModelChoice, Reference, Settings};
 use crate::error::Error;
 use crate::estimation::any_filter::AnyFilter;
-use crate::estimation::filter::{ErrorFilter, Loop};
-use crate::estimation::grade::{Grade, azimuth_prior_rad};
+use crate::estimation::filter::{ErrorFilter, InitialUncertainty, Loop};
+use crate::estimation::grade::{Grade, GroupPriors, azimuth_prior_rad};
 use crate::estimation::model::Model;
 use crate::estimation::state::StateValues;
 use crate::mechanization::strapdown::NavigationState;
@@ -29,6 +29,19 @@ pub(super) struct Beginning<'a> {
     pub(super) guide: Option<(&'a Guide, NavigationState)>,
 }
 
+impl Settings {
+    /// What the whole model takes to be known before of a sensor with this noise: of the paper's states, and of the others.
+    pub fn whole_priors(&self, noise: &NoiseDensity) -> (InitialUncertainty, GroupPriors) {
+        let grade = self.grade.unwrap_or_else(|| Grade::of_noise(noise));
+        let mut initial = self.prior;
+        let [drift, bias] = grade.drift_and_bias();
+        let wider = |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
+        wider(&mut initial.gyroscope_drift_rad_s, drift);
+        wider(&mut initial.accelerometer_bias_m_s2, bias);
+        (initial, self.groups.resolved(grade))
+    }
+}
+
 impl Beginning<'_> {
     /// The filter of the model that the settings choose, and one-sigma of its states before anything is known of the sensors.
     pub(super) fn any_filter(
@@ -47,14 +60,7 @@ impl Beginning<'_> {
                 (filter, model.named_prior(&self.place))
             }
             ModelChoice::Whole => {
-                let grade = settings.grade.unwrap_or_else(|| Grade::of_noise(noise));
-                let mut initial = *initial;
-                let [drift, bias] = grade.drift_and_bias();
-                let wider =
-                    |sigma: &mut Vector3<f64>, least: f64| sigma.apply(|s| *s = s.max(least));
-                wider(&mut initial.gyroscope_drift_rad_s, drift);
-                wider(&mut initial.accelerometer_bias_m_s2, bias);
-                let mut groups = settings.groups.resolved(grade);
+                let (mut initial, mut groups) = settings.whole_priors(noise);
                 if !matches!(reference, Reference::Position { .. }) {
                     groups.antenna_arm_m = 0.0;
                 } else if settings.groups.antenna_arm_m < 0.0 && settings.antenna.arm_m.amax() > 0.0

@@ -15,7 +15,7 @@ const NO_INFORMATION: f64 = 1e-8;
 
 /// One step: Φ, Q and scalar measurements, in the scaled states.
 #[derive(Clone, Debug)]
-pub(super) struct Second {
+pub(in crate::studies) struct Second {
     /// Length \[s\].
     pub seconds: f64,
     /// Rows of Φ of the moving states, m × n.
@@ -28,7 +28,7 @@ pub(super) struct Second {
 
 /// A stretch of a run.
 #[derive(Clone, Debug)]
-pub(super) struct Element {
+pub(in crate::studies) struct Element {
     /// Length \[s\].
     pub seconds: f64,
     moving: usize,
@@ -43,7 +43,7 @@ pub(super) struct Element {
 
 /// Room for [`Element::apply`], so that nothing is allocated in a search.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
+pub(in crate::studies) struct Scratch {
     vector: Vec<f64>,
     rows: Vec<f64>,
 }

@@ -10,6 +10,9 @@ mod sequence;
 mod space;
 mod way;
 
+pub(in crate::studies) use element::{Element, Scratch};
+pub(in crate::studies) use way::{EncodersRead, Way, motion};
+
 pub use catalogue::{Catalogue, Turn};
 pub use goal::{Criterion, Goal, Measure};
 pub use search::{CHAINS, Found, NEIGHBOURS, Progress, Scored, Search, Standing, TOUR};

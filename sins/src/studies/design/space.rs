@@ -10,15 +10,15 @@ pub struct Space {
     /// Their labels.
     pub labels: Vec<&'static StateLabel>,
     /// Their place in the model.
-    pub(super) positions: Vec<usize>,
+    pub(in crate::studies) positions: Vec<usize>,
     /// How many of them move.
-    pub(super) moving: usize,
+    pub(in crate::studies) moving: usize,
     /// What each is divided by: its prior, SI.
-    pub(super) scale: Vec<f64>,
+    pub(in crate::studies) scale: Vec<f64>,
     /// Variance before anything is measured, in squares of the scale.
-    pub(super) initial: Vec<f64>,
+    pub(in crate::studies) initial: Vec<f64>,
     /// Variance gained a second by walking, in squares of the scale; only of those that stand still otherwise.
-    pub(super) walk: Vec<f64>,
+    pub(in crate::studies) walk: Vec<f64>,
 }
 
 impl Space {
@@ -38,7 +38,7 @@ impl Space {
     }
 
     /// The diagonal covariance before anything is measured, row by row.
-    pub(super) fn initial_covariance(&self) -> Vec<f64> {
+    pub(in crate::studies) fn initial_covariance(&self) -> Vec<f64> {
         let n = self.len();
         let mut covariance = vec![0.0; n * n];
         for (state, variance) in self.initial.iter().enumerate() {
@@ -48,7 +48,7 @@ impl Space {
     }
 
     /// One-sigma of a state, SI.
-    pub(super) fn sigma(&self, covariance: &[f64], state: usize) -> f64 {
+    pub(in crate::studies) fn sigma(&self, covariance: &[f64], state: usize) -> f64 {
         covariance[state * self.len() + state].max(0.0).sqrt() * self.scale[state]
     }
 }

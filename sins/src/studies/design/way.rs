@@ -6,6 +6,7 @@ use super::element::{Element, Second};
 use super::space::Space;
 use crate::earth::{LocalEarth, Position};
 use crate::error::Error;
+use crate::estimation::filter::InitialUncertainty;
 use crate::estimation::grade::GroupPriors;
 use crate::estimation::group::{Interval, Span};
 use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY, sensor_noise_rate};
@@ -86,8 +87,17 @@ impl Default for Physics {
     }
 }
 
+/// When encoders are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::studies) enum EncodersRead {
+    /// Every second.
+    Always,
+    /// While the table rests, as the filter of self-calibration does.
+    AtRest,
+}
+
 /// A model's steps along a way.
-pub(super) trait Way: Send + Sync {
+pub(in crate::studies) trait Way: Send + Sync {
     fn space(&self) -> &Space;
     /// A second at rest.
     fn rest(&self, heading_rad: f64, angles: [f64; 2]) -> Second;
@@ -141,15 +151,25 @@ impl Physics {
     }
 
     pub(super) fn way(&self) -> Box<dyn Way> {
-        let initial = paper::initial_uncertainty();
+        self.way_from(&paper::initial_uncertainty(), EncodersRead::Always)
+    }
+
+    /// With other priors than the paper's of navigation, biases and drifts.
+    pub(in crate::studies) fn way_from(
+        &self,
+        initial: &InitialUncertainty,
+        encoders: EncodersRead,
+    ) -> Box<dyn Way> {
         match &self.states {
             States::Paper => Box::new(ModelWay::<Paper, { Paper::M }, { Paper::N }>::new(
                 initial.model(),
                 self,
+                encoders,
             )),
             States::Groups(priors) => Box::new(ModelWay::<Whole, { Whole::M }, { Whole::N }>::new(
-                priors.model(&initial),
+                priors.model(initial),
                 self,
+                encoders,
             )),
         }
     }
@@ -158,12 +178,13 @@ impl Physics {
 struct ModelWay<G: Model<M, N>, const M: usize, const N: usize> {
     model: G,
     physics: Physics,
+    encoders: EncodersRead,
     earth: LocalEarth,
     space: Space,
 }
 
 impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
-    fn new(model: G, physics: &Physics) -> Self {
+    fn new(model: G, physics: &Physics, encoders: EncodersRead) -> Self {
         let place = NavigationState {
             attitude: UnitQuaternion::identity(),
             velocity: Vector3::zeros(),
@@ -226,6 +247,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
         Self {
             model,
             physics: *physics,
+            encoders,
             earth: LocalEarth::at(physics.latitude_rad, 0.0),
             space,
         }
@@ -242,12 +264,12 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
         (ship.at(0.0).attitude.to_rotation_matrix() * table).into_inner()
     }
 
-    /// One step of `seconds`, cut into `parts`, along `at`.
+    /// One step of `seconds` along `at`, in parts while the table turns.
     fn step(
         &self,
         heading_rad: f64,
         seconds: f64,
-        parts: u32,
+        is_turning: bool,
         at: impl Fn(f64) -> JointState,
     ) -> Second {
         let table = &self.physics.table;
@@ -260,6 +282,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
             (rate, unturn * up)
         };
         let mut gathered = G::Gathered::default();
+        let parts = if is_turning { PARTS } else { 1 };
         let part_s = seconds / f64::from(parts);
         let mut before = felt(&at(0.0));
         for part in 0..parts {
@@ -296,7 +319,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
             noise: DMatrix::from_fn(m, m, |i, j| {
                 noise[(space.positions[i], space.positions[j])] / (space.scale[i] * space.scale[j])
             }),
-            measurements: self.measurements(seconds, end, &attitude),
+            measurements: self.measurements(seconds, end, &attitude, is_turning),
         }
     }
 
@@ -306,6 +329,7 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
         seconds: f64,
         angles: [f64; 2],
         attitude: &Matrix3<f64>,
+        is_turning: bool,
     ) -> Vec<(Vec<f64>, f64)> {
         let space = &self.space;
         let measured = &self.physics.measurements;
@@ -334,7 +358,9 @@ impl<G: Model<M, N>, const M: usize, const N: usize> ModelWay<G, M, N> {
                 measure(&[(place(HEIGHT), 1.0)], sigma);
             }
         }
-        if let (Some(sigma), Some(table), Some(base)) = (measured.encoder_rad, G::TABLE, G::BASE) {
+        let is_read = self.encoders == EncodersRead::Always || !is_turning;
+        let encoder_rad = measured.encoder_rad.filter(|_| is_read);
+        if let (Some(sigma), Some(table), Some(base)) = (encoder_rad, G::TABLE, G::BASE) {
             let derivatives = self
                 .physics
                 .table
@@ -366,7 +392,7 @@ impl<G: Model<M, N> + Send + Sync, const M: usize, const N: usize> Way for Model
             position: angles,
             velocity: [0.0; 2],
         };
-        self.step(heading_rad, 1.0, 1, |_| still)
+        self.step(heading_rad, 1.0, false, |_| still)
     }
 
     fn rotation(&self, heading_rad: f64, motion: &Trajectory) -> Vec<Second> {
@@ -376,7 +402,7 @@ impl<G: Model<M, N> + Send + Sync, const M: usize, const N: usize> Way for Model
         (0..steps as u32)
             .map(|index| {
                 let from = f64::from(index) * length_s;
-                self.step(heading_rad, length_s, PARTS, |seconds| {
+                self.step(heading_rad, length_s, true, |seconds| {
                     let nanos = ((from + seconds) * 1e9).round() as i64;
                     motion.at(nanos).unwrap_or_default()
                 })
@@ -403,7 +429,7 @@ pub(super) fn rotation_element(
 }
 
 /// The motion of one rotation.
-pub(super) fn motion(
+pub(in crate::studies) fn motion(
     physics: &Physics,
     joint: Joint,
     from: [f64; 2],
