@@ -6,9 +6,10 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sins::estimation::grade::GroupPriors;
-use sins::studies::design::{self, Catalogue, Goal, Physics, Rules, Search, States, Turn};
+use sins::studies::design::{self, Catalogue, Goal, Rules, Search, Turn};
 use sins::studies::observability::Setting;
 use sins::studies::observability::bound::bound;
+use sins::studies::stretch::{Physics, States};
 use sins::table::scheme::Scheme;
 use sins::units::ARC_SECOND;
 

@@ -78,7 +78,7 @@ pub fn goal(text: &str, labels: &[&'static StateLabel]) -> Result<Goal, Error> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use sins::studies::design::Physics;
+    use sins::studies::stretch::Physics;
 
     /// The paper's goals in words are the paper's goals; what is none is refused with its text.
     #[test]

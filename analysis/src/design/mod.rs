@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use sins::studies::design::{
-    CHAINS, Catalogue, Criterion, Goal, Measure, Physics, Progress, Rules, Search, Standing,
-    States, Turn,
+    CHAINS, Catalogue, Criterion, Goal, Measure, Progress, Rules, Search, Standing, Turn,
 };
+use sins::studies::stretch::{Physics, States};
 use sins::table::scheme::Scheme;
 
 pub use ask::goal;

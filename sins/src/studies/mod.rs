@@ -7,3 +7,4 @@ pub mod monte_carlo;
 pub mod observability;
 pub mod outlook;
 pub mod paper;
+pub mod stretch;

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-use super::element::Element;
 use super::sequence::{Leg, Sequence};
-use super::space::Space;
-use super::way::{Physics, Way, motion, rotation_element};
 use crate::error::Error;
+use crate::studies::stretch::Element;
+use crate::studies::stretch::Space;
+use crate::studies::stretch::{Physics, Way, motion, rotation_element};
 use crate::table::Joint;
 use crate::table::scheme::{Program, Scheme, Step};
 

@@ -3,11 +3,11 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::space::Space;
 use crate::error::Error;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::range;
+use crate::studies::stretch::Space;
 use crate::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G};
 
 /// The share of the mean that decides between schemes whose worst parts are equal.

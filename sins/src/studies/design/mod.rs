@@ -2,23 +2,15 @@
 //! soon as they can be.
 
 mod catalogue;
-mod element;
 mod goal;
 mod run;
 mod search;
 mod sequence;
-mod space;
-mod way;
-
-pub(in crate::studies) use element::{Element, Scratch};
-pub(in crate::studies) use way::{EncodersRead, Way, motion};
 
 pub use catalogue::{Catalogue, Turn};
 pub use goal::{Criterion, Goal, Measure};
 pub use search::{CHAINS, Found, NEIGHBOURS, Progress, Scored, Search, Standing, TOUR};
 pub use sequence::{Leg, Rules, Sequence};
-pub use space::Space;
-pub use way::{Measurements, Physics, States};
 
 #[cfg(test)]
 mod tests;

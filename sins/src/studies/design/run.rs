@@ -1,9 +1,9 @@
 //! The covariance along a scheme at one heading, leg by leg, and when the goals are met.
 
 use super::catalogue::Catalogue;
-use super::element::{Element, Scratch};
 use super::goal::{Goals, Measure};
-use super::space::Space;
+use crate::studies::stretch::Space;
+use crate::studies::stretch::{Element, Scratch};
 
 /// Room for a run, so that nothing is allocated in a search.
 #[derive(Clone, Debug, Default)]

@@ -15,8 +15,8 @@ use super::catalogue::{Catalogue, Turn};
 use super::goal::{Criterion, Goal, Goals};
 use super::run::{self, Room, Run};
 use super::sequence::{Draw, Rules, Sequence};
-use super::way::Physics;
 use crate::error::Error;
+use crate::studies::stretch::Physics;
 use crate::table::scheme::Scheme;
 
 /// Chains of a round.
@@ -50,7 +50,7 @@ pub struct Standing {
     pub values: Vec<f64>,
     /// When the goals about times were met \[s\]; as much longer than the run as the sigma is too large where not.
     pub times_s: Vec<f64>,
-    /// One-sigma of every state of the [`Space`](super::space::Space) at the end, SI.
+    /// One-sigma of every state of the [`Space`](crate::studies::stretch::Space) at the end, SI.
     pub sigma: Vec<f64>,
     /// What counts.
     pub score: f64,

@@ -8,6 +8,7 @@ use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::simulation::Ship;
 use crate::studies::observability::Setting;
 use crate::studies::observability::bound::{bound, settled_s};
+use crate::studies::stretch::{Physics, States};
 use crate::table::scheme::Scheme;
 use crate::units::{ARC_SECOND, DEG_PER_HOUR, MICRO_G, PPM};
 

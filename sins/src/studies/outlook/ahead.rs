@@ -9,7 +9,7 @@ use super::{Met, Place, Question, Standing};
 use crate::error::Error;
 use crate::estimation::state::{NamedCovariance, StateList, StateValues};
 use crate::machines::self_calibration::{EncoderUse, Estimate, ModelChoice, Settings, Thresholds};
-use crate::studies::design::{
+use crate::studies::stretch::{
     Element, EncodersRead, Measurements, Physics, Scratch, Space, States, Way, motion,
 };
 use crate::table::Joint;

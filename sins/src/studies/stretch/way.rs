@@ -150,7 +150,7 @@ impl Physics {
         Ok(self.way().space().labels.clone())
     }
 
-    pub(super) fn way(&self) -> Box<dyn Way> {
+    pub(in crate::studies) fn way(&self) -> Box<dyn Way> {
         self.way_from(&paper::initial_uncertainty(), EncodersRead::Always)
     }
 
@@ -412,7 +412,7 @@ impl<G: Model<M, N> + Send + Sync, const M: usize, const N: usize> Way for Model
 }
 
 /// One element of a rotation, or of its first `seconds` whole steps.
-pub(super) fn rotation_element(
+pub(in crate::studies) fn rotation_element(
     way: &dyn Way,
     heading_rad: f64,
     motion: &Trajectory,
