@@ -4,6 +4,7 @@
 use std::any::Any;
 use std::path::Path;
 use std::pin::Pin;
+use std::time::Duration;
 
 use ros_node::{ActionPart, GoalNews, Message, Node, NodeBuilder, Qos};
 use ros2_interfaces::control_msgs::{self, FOLLOW_JOINT_TRAJECTORY};
@@ -98,7 +99,12 @@ where
         .unwrap();
     let (goal, handle) = server.recv().await.accept();
     book.receive(&format!("{name} goal"), goal);
-    handle.feedback(book.send(&format!("{name} feedback")));
+    // Volatile as it is, it is lost to a peer whose reader has not been met yet: rclpy looks for the server's end alone.
+    let mut again = tokio::time::interval(Duration::from_millis(100));
+    for _ in 0..50 {
+        again.tick().await;
+        handle.feedback(book.send(&format!("{name} feedback")));
+    }
     handle.succeed(&book.send(&format!("{name} result")));
 
     let goal: G = book.send(&format!("{name} goal"));
