@@ -139,10 +139,11 @@ impl SelfCalibrate {
         let Some(UnderWay { handle, .. }) = self.under_way.take() else {
             return;
         };
-        let message = if code == Outcome::CONVERGED {
-            message
-        } else {
+        // What ends for another reason says that one alone.
+        let message = if code == Outcome::TIME_LIMIT {
             with_reasons(message, &calibrator.reasons())
+        } else {
+            message
         };
         tracing::info!("{}: {message}", self.action);
         let mut calibration: Calibration = calibrator.last_good().unwrap_or_default();
@@ -161,7 +162,7 @@ impl SelfCalibrate {
     }
 }
 
-/// Who asked for a calibration and does not get it reads everything that the judge has against it.
+/// Who waited for a calibration and does not get it reads everything that the judge has against it.
 fn with_reasons(mut message: String, reasons: &[String]) -> String {
     for reason in reasons {
         // The line of an estimate has the worst already.
