@@ -66,7 +66,7 @@ fn good_messages_are_read() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(damage::drawn(20_000))]
 
     /// A damaged message is read or refused by the name of its type, whatever length it claims, and takes no memory that it does not
     /// bring: lists of 2^32 numbers would end the test.

@@ -20,7 +20,7 @@ limits: {outer_deg: [-200, 200], inner_deg: [-100, 100]}
 ";
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3000))]
+    #![proptest_config(damage::drawn(3000))]
 
     /// A damaged scheme is refused in one line with its name, or is one whose every number is finite.
     #[test]

@@ -282,7 +282,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(1500))]
+        #![proptest_config(damage::drawn(1500))]
 
         /// A damaged file is refused in one line that names it, or read as a calibration that a message may carry as well.
         #[test]

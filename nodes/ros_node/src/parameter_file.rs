@@ -27,9 +27,17 @@ const LONGEST: u64 = 1 << 20;
 /// # Errors
 /// [`Error::ParameterFile`] where it cannot be read or a part is neither node, namespace nor `ros__parameters`.
 pub(crate) fn read(path: &Path, node: &str) -> Result<Vec<(String, Yaml)>> {
+    // Keys and values that a reason quotes may go over several lines.
     let bad = |reason: String| Error::ParameterFile {
         path: path.to_owned(),
-        reason,
+        reason: reason.chars().fold(String::new(), |mut line, c| {
+            if c.is_control() {
+                line.extend(c.escape_default());
+            } else {
+                line.push(c);
+            }
+            line
+        }),
     };
     let text = files::read_text(path, LONGEST).map_err(|error| bad(error.to_string()))?;
     let mut found = Vec::new();
@@ -132,7 +140,7 @@ mod tests {
                         lines\n      base: &base 7\n      same: *base\n";
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(2000))]
+        #![proptest_config(damage::drawn(2000))]
 
         /// A damaged file gives parameters, or one line that names it.
         #[test]
@@ -145,6 +153,14 @@ mod tests {
                 prop_assert!(!told.contains('\n') && told.len() < 1000, "{told}");
             }
         }
+    }
+
+    /// A value of two lines is told in one.
+    #[test]
+    fn a_reason_is_one_line() {
+        let file = TextFile::new("/ship:\n  node:\n    label: |\n      two\n      lines\n");
+        let told = read(&file.0, "/ship/node").unwrap_err().to_string();
+        assert!(told.contains("'two\\nlines\\n'"), "{told}");
     }
 
     /// Names that stand for names that stand for names: ten levels of ten would be 10^10 nodes. They are refused before.
