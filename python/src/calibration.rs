@@ -49,6 +49,17 @@ pub fn settings_of(
     Ok(settings)
 }
 
+/// The settings of :func:`calibrate`.
+fn calibrating(
+    model: &str,
+    reference: Option<&str>,
+    thresholds: Option<&Bound<'_, PyDict>>,
+    given: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Settings> {
+    let default = Settings::calibrating();
+    settings_of(&default, Some(model), reference, thresholds, given)
+}
+
 /// A reference by its name, with the sigma and the patience of the default.
 fn reference_of(name: &str) -> Result<Reference> {
     let Reference::Auto {
@@ -78,10 +89,7 @@ fn reference_of(name: &str) -> Result<Reference> {
 #[pyfunction]
 #[pyo3(signature = (model="whole"))]
 pub fn calibration_settings<'py>(py: Python<'py>, model: &str) -> PyResult<Bound<'py, PyAny>> {
-    to_python(
-        py,
-        &settings_of(&Settings::calibrating(), Some(model), None, None, None)?,
-    )
+    to_python(py, &calibrating(model, None, None, None)?)
 }
 
 /// Estimates the errors of sensors and table from a record while the table turns: what ``rotary-sins calibrate`` does.
@@ -89,12 +97,11 @@ pub fn calibration_settings<'py>(py: Python<'py>, model: &str) -> PyResult<Bound
 /// source: path of a bag, or a :class:`Record`. model: ``whole`` or ``paper`` (the thirteen states). reference: what the velocity is
 /// held against, ``auto``, ``moored``, ``position`` or ``measured``. thresholds: one-sigma by state name below which the estimate
 /// counts as found, beside the default ones; 0 asks nothing. position: latitude rad, longitude rad, height m where the record
-/// has none. Further keyword arguments are those of :func:`calibration_settings`, in SI units.
+/// has none. passes: so many times over the record, each linear about what the one before found; None: one, or up to four where the
+/// azimuth was uncertain by more than a degree at first. Further keyword arguments are those of :func:`calibration_settings`, in
+/// SI units.
 ///
 /// Gives an :class:`Estimate`. Raises BagError, SettingError, or AlignmentError where the samples led to no estimate.
-///
-/// passes: so many times over the record, each linear about what the one before found; None: one, or up to four where the azimuth was
-/// uncertain by more than a degree at first.
 #[pyfunction]
 #[pyo3(signature = (source, *, model="whole", reference=None, thresholds=None, position=None, passes=None, **settings))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
@@ -108,13 +115,7 @@ pub fn calibrate(
     passes: Option<u32>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Estimate> {
-    let settings = settings_of(
-        &Settings::calibrating(),
-        Some(model),
-        reference,
-        thresholds,
-        settings,
-    )?;
+    let settings = calibrating(model, reference, thresholds, settings)?;
     let work = Work::new(&source, settings, position, passes, false)?;
     let passed = py.detach(|| work.run())?;
     Ok(Estimate::new(passed.estimate.clone(), passed.settings()))
@@ -141,13 +142,7 @@ pub fn smooth<'py>(
     passes: Option<u32>,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
-    let settings = settings_of(
-        &Settings::calibrating(),
-        Some(model),
-        reference,
-        thresholds,
-        settings,
-    )?;
+    let settings = calibrating(model, reference, thresholds, settings)?;
     let work = Work::new(&source, settings, position, passes, true)?;
     let (estimate, epochs) = py.detach(|| -> Result<_> {
         let passed = work.run()?;
@@ -287,13 +282,7 @@ impl Calibrator {
         thresholds: Option<&Bound<'_, PyDict>>,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let settings = settings_of(
-            &Settings::calibrating(),
-            Some(model),
-            reference,
-            thresholds,
-            settings,
-        )?;
+        let settings = calibrating(model, reference, thresholds, settings)?;
         Ok(Self {
             machine: SelfCalibration::new(settings).map_err(Error::Sins)?,
         })

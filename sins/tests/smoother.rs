@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use sins::Stamp;
 use sins::earth::Position;
 use sins::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
-use sins::estimation::groups::navigation::MISALIGNMENT;
+use sins::estimation::model::CALIBRATED_NAMES;
 use sins::estimation::smoother::Smoothed;
 use sins::machines::self_calibration::{
     Estimate, Event, Guide, ModelChoice, Reference, SelfCalibration, Settings, Smoothing,
@@ -24,19 +24,6 @@ use sins::studies::monte_carlo::mean_nees_bounds;
 use sins::table::scheme::sequencer::SequencerSettings;
 use sins::table::scheme::{Scheme, Sequencer};
 use sins::units::{DEG_PER_HOUR, MICRO_G};
-
-/// Names of the nine.
-const NINE: [&str; 9] = [
-    MISALIGNMENT[0],
-    MISALIGNMENT[1],
-    MISALIGNMENT[2],
-    ACCELEROMETER_BIAS[0],
-    ACCELEROMETER_BIAS[1],
-    ACCELEROMETER_BIAS[2],
-    GYROSCOPE_DRIFT[0],
-    GYROSCOPE_DRIFT[1],
-    GYROSCOPE_DRIFT[2],
-];
 
 /// What the sensors gave, and what was true.
 struct Record {
@@ -189,7 +176,11 @@ fn error_of_estimate(record: &Record, estimate: &Estimate) -> SVector<f64, 9> {
 
 fn nees_of_estimate(record: &Record, estimate: &Estimate) -> f64 {
     let error = error_of_estimate(record, estimate);
-    let covariance = estimate.states.covariance().block(&NINE).unwrap();
+    let covariance = estimate
+        .states
+        .covariance()
+        .block(&CALIBRATED_NAMES)
+        .unwrap();
     (error.transpose() * covariance.try_inverse().unwrap() * error)[0]
 }
 
@@ -199,7 +190,7 @@ fn nees_of_epoch(record: &Record, epoch: &Smoothed) -> f64 {
         * epoch
             .covariance()
             .unwrap()
-            .block(&NINE)
+            .block(&CALIBRATED_NAMES)
             .unwrap()
             .try_inverse()
             .unwrap()
@@ -242,13 +233,21 @@ fn consistent(seeds: u64, hours: f64) {
                 last.value3(&GYROSCOPE_DRIFT).unwrap(),
                 passed.last.gyroscope_drift()
             );
-            let filtered = passed.last.states.covariance().block(&NINE).unwrap();
-            assert_eq!(last.covariance().unwrap().block(&NINE).unwrap(), filtered);
+            let filtered = passed
+                .last
+                .states
+                .covariance()
+                .block(&CALIBRATED_NAMES)
+                .unwrap();
+            assert_eq!(
+                last.covariance().unwrap().block(&CALIBRATED_NAMES).unwrap(),
+                filtered
+            );
             let by_stamp: BTreeMap<_, _> = passed.epochs.iter().map(|e| (e.stamp, e)).collect();
             let mut squares = [SVector::<f64, 9>::zeros(); 2];
             for estimate in &passed.on_the_way {
                 let epoch = by_stamp[&estimate.stamp];
-                for name in NINE {
+                for name in CALIBRATED_NAMES {
                     let (own, before) = (epoch.sigma(name), estimate.states.sigma(name));
                     assert!(own.unwrap() <= before.unwrap() * (1.0 + 1e-6), "{name}");
                 }

@@ -38,7 +38,8 @@ pub fn page(report: &Report, trials: &[Trial]) -> Result<Page, Error> {
     page.figure(&figure(trials))?;
     page.section(2, "By kind");
     let mut table = Table::new(
-        "Worst z: the greatest error of the nine over its sigma, among the accepted worlds and among all; and of the other states that were learned, among the accepted.",
+        "Worst z: the greatest error of the nine over its sigma, among the accepted worlds and among all. Of other states: the \
+         same of what else was learned, among the accepted.",
         [
             "kind",
             "model holds it",

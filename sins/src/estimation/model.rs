@@ -10,10 +10,10 @@ use super::filter::ErrorFilter;
 use super::group::{Coupling, Group, Interval, Span};
 use super::groups::antenna::Antenna;
 use super::groups::arms::AccelerometerArms;
-use super::groups::bias::Bias;
+use super::groups::bias::{ACCELEROMETER_BIAS, Bias, GYROSCOPE_DRIFT};
 use super::groups::delay::AccelerometerDelay;
 use super::groups::g_sensitivity::GyroscopeGSensitivity;
-use super::groups::navigation::Navigation;
+use super::groups::navigation::{MISALIGNMENT, Navigation};
 use super::groups::quadratic::AccelerometerQuadratic;
 use super::groups::scale::{AccelerometerMatrix, GyroscopeMatrix};
 use super::groups::table::{BaseAttitude, Table};
@@ -24,6 +24,19 @@ use super::state::{NamedCovariance, StateLabel, StateList, StateValues};
 use crate::error::Error;
 use crate::mechanization::strapdown::{NavigationState, Strapdown};
 use crate::sensor::errors::SensorErrors;
+
+/// Names of the nine states that calibration is about, which every model has: misalignment (E, N, U), biases, drifts (x, y, z).
+pub const CALIBRATED_NAMES: [&str; 9] = [
+    MISALIGNMENT[0],
+    MISALIGNMENT[1],
+    MISALIGNMENT[2],
+    ACCELEROMETER_BIAS[0],
+    ACCELEROMETER_BIAS[1],
+    ACCELEROMETER_BIAS[2],
+    GYROSCOPE_DRIFT[0],
+    GYROSCOPE_DRIFT[1],
+    GYROSCOPE_DRIFT[2],
+];
 
 /// What a filter needs of its list of groups: `M` states that move, `N` in all. The macro `model!` writes it.
 pub trait Model<const M: usize, const N: usize>:

@@ -3,14 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::estimation::filter::InitialUncertainty;
-use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
-use crate::estimation::groups::navigation::MISALIGNMENT;
-use crate::estimation::model::{Model, Paper};
+use crate::estimation::model::{CALIBRATED_NAMES, Model, Paper};
 use crate::estimation::state::{StateLabel, positions};
 use crate::units::{DEG_PER_HOUR, MICRO_G};
 
 /// Number of the states of [`CALIBRATED`].
-pub const CALIBRATED_STATES: usize = 9;
+pub const CALIBRATED_STATES: usize = CALIBRATED_NAMES.len();
 
 /// The states that calibration is about: misalignment (E, N, U), biases, drifts (x, y, z).
 pub static CALIBRATED: [StateLabel; CALIBRATED_STATES] = {
@@ -24,19 +22,6 @@ pub static CALIBRATED: [StateLabel; CALIBRATED_STATES] = {
     }
     labels
 };
-
-/// Their names.
-pub const CALIBRATED_NAMES: [&str; CALIBRATED_STATES] = [
-    MISALIGNMENT[0],
-    MISALIGNMENT[1],
-    MISALIGNMENT[2],
-    ACCELEROMETER_BIAS[0],
-    ACCELEROMETER_BIAS[1],
-    ACCELEROMETER_BIAS[2],
-    GYROSCOPE_DRIFT[0],
-    GYROSCOPE_DRIFT[1],
-    GYROSCOPE_DRIFT[2],
-];
 
 /// Misalignment φ (E, N, U) \[rad\]: 0.01, 0.01, 0.05 deg.
 pub fn misalignment_rad() -> Vector3<f64> {

@@ -16,7 +16,7 @@ use crate::sensor::{NoiseDensity, SensorErrors};
 use crate::time::Stamp;
 
 /// One-sigma of an antenna's arm that was told \[m\].
-const TOLD_ARM_M: f64 = 0.1;
+pub(super) const TOLD_ARM_M: f64 = 0.1;
 
 /// What a filter begins with.
 pub(super) struct Beginning<'a> {

@@ -6,12 +6,13 @@ use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
 
 use crate::earth::Position;
 use crate::error::Error;
+use crate::estimation::model::CALIBRATED_NAMES;
 use crate::machines::self_calibration::{
     Estimate, SelfCalibration, Settings, Verdict, named_errors,
 };
 use crate::sensor::SensorErrors;
 use crate::simulation::{Run, Simulator, SimulatorSettings};
-use crate::studies::paper::{CALIBRATED, CALIBRATED_NAMES, CALIBRATED_STATES};
+use crate::studies::paper::{CALIBRATED, CALIBRATED_STATES};
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
 use crate::table::{TableErrors, Turntable};

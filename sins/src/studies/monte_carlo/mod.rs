@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::estimation::filter::{InitialUncertainty, Loop, VelocityMeasurement};
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::navigation::{MISALIGNMENT, POSITION, VELOCITY};
+use crate::estimation::model::CALIBRATED_NAMES;
 use crate::estimation::model::{Model, Paper, PaperFilter};
 use crate::estimation::state::{NamedCovariance, StateValues, positions};
 use crate::machines::self_calibration::{Calibration, Phase};
@@ -27,7 +28,7 @@ use crate::sensor::sample::NoiseDensity;
 use crate::simulation::{
     ImuErrorSettings, ImuErrors, PlantSettings, Run, Simulator, SimulatorSettings, Tick,
 };
-use crate::studies::paper::{self, CALIBRATED_NAMES, CALIBRATED_STATES};
+use crate::studies::paper::{self, CALIBRATED_STATES};
 use crate::table::scheme::sequencer::SequencerSettings;
 use crate::table::scheme::{Scheme, Sequencer};
 use crate::time::Stamp;

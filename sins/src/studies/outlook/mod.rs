@@ -1,7 +1,7 @@
 //! Stop or turn again: what a scheme that is under way will still bring, when every threshold will be met, and which single
 //! rotation would bring most.
 //!
-//! It is the covariance bound of [`design`](super::design), begun at the covariance that the filter has now instead of at a prior. The
+//! It is a covariance bound of [`stretch`](super::stretch)es, begun at the covariance that the filter has now instead of at a prior. The
 //! ship lies still in it, the table arrives when it should, and the measurements stay as good as they are; what the innovations
 //! will say is not foreseen.
 

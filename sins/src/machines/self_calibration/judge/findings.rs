@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 use super::super::ModelChoice;
 use super::joints::Joints;
 use super::left_out::Single;
-use super::witness::{NINE_NAMES, Testimony};
+use super::witness::Testimony;
 use crate::estimation::any_filter::AnyFilter;
 use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
 use crate::estimation::groups::table::BASE_ATTITUDE;
+use crate::estimation::model::CALIBRATED_NAMES;
 use crate::estimation::model::{self, Model, Whole};
 use crate::estimation::state::{StateEstimate, StateLabel, StateValues};
 use crate::units::ARC_SECOND;
@@ -328,7 +329,7 @@ impl Looked<'_> {
     fn apart(&self, testimony: &Testimony) -> Option<Finding> {
         let misalignment = (testimony.attitude * self.attitude.inverse()).scaled_axis();
         let mut worst: Option<Finding> = None;
-        for (state, name) in NINE_NAMES.into_iter().enumerate() {
+        for (state, name) in CALIBRATED_NAMES.into_iter().enumerate() {
             let (sigma, label) = (self.states.sigma(name)?, model::label(name)?);
             let difference = match misalignment.as_slice().get(state) {
                 Some(angle) => *angle,

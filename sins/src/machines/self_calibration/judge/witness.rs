@@ -12,6 +12,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
 
+use super::super::beginning::TOLD_ARM_M;
 use super::super::ship_motion::ShipMotion;
 use super::super::{ModelChoice, Reference, Settings};
 use super::left_out::{self, LeftOut, Single};
@@ -19,10 +20,8 @@ use super::turns::Turns;
 use crate::error::Error;
 use crate::estimation::filter::{AntennaArm, InitialUncertainty, Loop, VelocityMeasurement};
 use crate::estimation::grade::{Grade, GroupPriors, azimuth_prior_rad};
-use crate::estimation::groups::bias::{ACCELEROMETER_BIAS, GYROSCOPE_DRIFT};
-use crate::estimation::groups::navigation::MISALIGNMENT;
 use crate::estimation::measurement::Outcome;
-use crate::estimation::model::{Model, Whole, WholeFilter};
+use crate::estimation::model::{CALIBRATED_NAMES, Model, Whole, WholeFilter};
 use crate::estimation::state::positions;
 use crate::machines::unseen_motion::Passage;
 use crate::mechanization::strapdown::NavigationState;
@@ -51,24 +50,10 @@ const MOVED_RAD_S: f64 = 1e-7;
 const FOUND_RAD: [f64; 2] = [1e-3, 2e-3];
 /// Innovations are counted so long after it began anew \[s\].
 const COUNTED_AFTER_S: f64 = 600.0;
-/// One-sigma of an antenna's arm that was told \[m\].
-const TOLD_ARM_M: f64 = 0.1;
 /// Velocity of a filter that begins anew, one-sigma \[m/s\].
 const VELOCITY_M_S: f64 = 0.1;
 
-/// The nine: misalignment, biases, drifts.
-pub(super) const NINE_NAMES: [&str; 9] = [
-    MISALIGNMENT[0],
-    MISALIGNMENT[1],
-    MISALIGNMENT[2],
-    ACCELEROMETER_BIAS[0],
-    ACCELEROMETER_BIAS[1],
-    ACCELEROMETER_BIAS[2],
-    GYROSCOPE_DRIFT[0],
-    GYROSCOPE_DRIFT[1],
-    GYROSCOPE_DRIFT[2],
-];
-const NINE: [usize; 9] = positions(Whole::LIST, NINE_NAMES);
+const NINE: [usize; 9] = positions(Whole::LIST, CALIBRATED_NAMES);
 
 /// What the witness says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
