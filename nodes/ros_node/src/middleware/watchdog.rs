@@ -94,15 +94,16 @@ fn look_after(ready: &watch::Receiver<bool>, memory: u64, orders: &Receiver<()>)
         }
         let now = match threads::of_middleware(Path::new(threads::OWN)) {
             Ok(now) => now,
-            // What cannot be read now can be at the next look.
-            Err(error) if threads.is_empty() => {
-                tracing::warn!(
-                    "{}: {error}: nobody notices where the middleware ends",
-                    threads::OWN
-                );
+            Err(error) => {
+                // What cannot be read now can be at the next look; it is told at the first one.
+                if look == LOOKS {
+                    tracing::warn!(
+                        "{}: {error}: nobody notices where the middleware ends",
+                        threads::OWN
+                    );
+                }
                 continue;
             }
-            Err(_) => continue,
         };
         if !has_started {
             threads.meet(&now);
@@ -148,10 +149,6 @@ impl Watch {
 
     fn len(&self) -> usize {
         self.threads.len()
-    }
-
-    fn is_empty(&self) -> bool {
-        self.threads.is_empty()
     }
 
     /// Why the middleware does not work any more, where that is so.
